@@ -1,0 +1,66 @@
+# make setup      install everything into .venv (the other targets do this by themselves)
+# make normal     the main job: predict normal walking, V = 1.2 m/s, L = 0.7 m -> out/normal/
+# make preferred  predict walking at the step length people prefer -> out/preferred/
+# make play       show out/normal/ in the browser; make play DIR=out/preferred for another result
+# make urdf       write urdf/human.urdf anew
+# make test       run the tests, with coverage
+# make check      lint, format, types, import rules and tests
+# make pins       find the newest versions that work together -> .ci/constraints.txt
+#                 (make pins PYTHONS="python3.11 python3.12 python3.13")
+#
+# make PYTHON=/path/to/python3 ... chooses the Python to make .venv with.
+
+BIN := .venv/bin
+STAMP := .venv/.installed
+CONSTRAINTS := .ci/constraints.txt
+DIR ?= out/normal
+PYTHONS ?= python3.11 python3.12 python3.13
+
+# Packages of other environments (ROS sets PYTHONPATH) must not mix with those of .venv.
+unexport PYTHONPATH PYTHONHOME
+# The optimiser and the tests use one process per core: more threads in each only get in the way.
+export OMP_NUM_THREADS ?= 1
+export OPENBLAS_NUM_THREADS ?= 1
+export PYTHON
+
+.PHONY: help setup normal preferred play urdf test check pins
+
+help:
+	@sed -n '/^#/!q; s/^# \{0,1\}//p' Makefile
+
+setup: $(STAMP)
+
+$(STAMP): pyproject.toml $(CONSTRAINTS)
+	@sh .ci/find_python $(BIN)/python >/dev/null 2>&1 || { \
+	    python=$$(sh .ci/find_python) && \
+	    echo "setup: making .venv with $$python" && \
+	    "$$python" -m venv --clear .venv; }
+	@echo "setup: installing into .venv (the first time about 400 MB, some minutes)"
+	@PIP_CONSTRAINT=$(CONSTRAINTS) PIP_BUILD_CONSTRAINT=$(CONSTRAINTS) PIP_USER=0 \
+	    PIP_DISABLE_PIP_VERSION_CHECK=1 \
+	    $(BIN)/python -m pip install --quiet -c $(CONSTRAINTS) -e '.[dev]' || { \
+	    echo "error: the packages could not be installed, see the message of pip above" >&2; \
+	    exit 2; }
+	@touch $@
+
+normal preferred: setup
+	@$(BIN)/human-gait predict scenarios/$@.toml --out out/$@
+
+play: setup
+	@$(BIN)/human-gait play $(DIR)
+
+urdf: setup
+	@$(BIN)/human-gait urdf --out urdf/human.urdf
+
+test: setup
+	@$(BIN)/pytest -n auto --dist loadgroup --cov --cov-report term
+
+check: setup
+	@$(BIN)/ruff check
+	@$(BIN)/ruff format --check
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports
+	@$(MAKE) --no-print-directory test
+
+pins: setup
+	@$(BIN)/python .ci/refresh_constraints.py $(PYTHONS)

@@ -1,0 +1,1 @@
+"""Optimization-based prediction of human walking."""

@@ -1,0 +1,172 @@
+"""The command ``human-gait``: predict, play, plot, urdf.
+
+Exit codes: 0 done, 1 no solution found, 2 bad input, 130 interrupted. An error is one line.
+Solvers, plots and viewers are imported by the command that needs them: ``--help`` stays quick.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Sequence
+from enum import StrEnum
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from human_gait.exceptions import GaitError, NoSolutionFound, ResultError
+from human_gait.scenario import Subject, load_scenario
+
+NO_SOLUTION = 1
+BAD_INPUT = 2
+INTERRUPTED = 130
+
+app = typer.Typer(
+    help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+class SolverName(StrEnum):
+    """The solvers to choose from."""
+
+    SNOPT = "snopt"
+    IPOPT = "ipopt"
+
+
+ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="A scenario, TOML.")]
+ResultFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a result.")]
+
+
+def show_version(wanted: bool) -> None:
+    """Print the version and stop, if wanted."""
+    if wanted:
+        typer.echo(f"human-gait {version('human-gait')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    _version: Annotated[
+        bool,
+        typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    """Take the options that stand before a command."""
+
+
+@app.command()
+def predict(
+    scenario: ScenarioFile,
+    solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.SNOPT,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Result folder, else out/<scenario>.")
+    ] = None,
+) -> None:
+    """Predict the walk of a scenario and write the result."""
+    task = load_scenario(scenario)
+    folder = out or Path("out") / task.name
+    check_writable(folder)
+    from human_gait.prediction import predict_to_folder
+
+    if not predict_to_folder(task, solver.value, folder):
+        raise typer.Exit(NO_SOLUTION)
+
+
+@app.command()
+def play(folder: ResultFolder) -> None:
+    """Show a result in the browser, several strides in a row."""
+    check_result(folder)
+    from human_gait.gait import load_gait
+    from human_gait.playback import play as play_live
+
+    play_live(load_gait(folder))
+
+
+@app.command()
+def plot(folder: ResultFolder) -> None:
+    """Draw the plots of a result again."""
+    check_result(folder)
+    from human_gait.gait import load_gait
+    from human_gait.plots import save_plots
+
+    save_plots(load_gait(folder), folder)
+
+
+@app.command()
+def urdf(
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File to write.")] = Path(
+        "urdf/human.urdf"
+    ),
+    scenario: Annotated[
+        Path | None, typer.Option(metavar="SCENARIO", help="Whose body; else the median male.")
+    ] = None,
+) -> None:
+    """Write the body as a URDF file."""
+    from human_gait.body import make_body
+    from human_gait.scenario import Load
+    from human_gait.urdf import urdf_text
+
+    task = load_scenario(scenario) if scenario else None
+    body = make_body(task.subject, task.load) if task else make_body(Subject.default(), Load())
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(urdf_text(body), encoding="utf-8")
+    typer.echo(f"wrote {out}")
+
+
+def check_result(folder: Path) -> None:
+    """Raise ResultError unless `folder` holds a result."""
+    if not (folder / "gait.npz").is_file():
+        message = f"{folder}: no result here (no gait.npz), make one with human-gait predict"
+        raise ResultError(message)
+
+
+def check_writable(folder: Path) -> None:
+    """Raise ResultError, before minutes of solving, if no result can be written to `folder`."""
+    parent = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
+    try:
+        with tempfile.TemporaryDirectory(dir=parent):
+            pass
+    except OSError as error:
+        message = f"{folder}: a result cannot be written here: {parent}: {error.strerror}"
+        raise ResultError(message) from None
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run one command.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        The command line without the name of the program; none at all asks for help.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 1 no solution, 2 bad input, 130 interrupted.
+    """
+    command = typer.main.get_command(app)
+    try:
+        code = command.main(list(arguments) or ["--help"], "human-gait", standalone_mode=False) or 0
+    except NoSolutionFound as error:
+        return complain(error, NO_SOLUTION)
+    except typer.BadParameter as error:
+        return complain(error.format_message(), BAD_INPUT)
+    except (GaitError, typer.TyperException, OSError) as error:
+        return complain(error, BAD_INPUT)
+    return complain("interrupted", INTERRUPTED) if code == INTERRUPTED else code
+
+
+def complain(message: object, exit_code: int) -> int:
+    """Print one line on standard error and return the exit code."""
+    printable = "".join(sign if sign.isprintable() else " " for sign in str(message))
+    typer.echo(f"error: {printable}", err=True)
+    return exit_code
+
+
+def main() -> None:
+    """Run the command line of this process."""
+    sys.exit(run(sys.argv[1:]))

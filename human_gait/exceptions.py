@@ -1,0 +1,80 @@
+"""Everything that can go wrong for a user, as one family of exceptions."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+SHOWN_CHARACTERS = 60
+
+
+class GaitError(Exception):
+    """Base of all errors that are explained to the user in one line."""
+
+
+@dataclass(eq=False)
+class ScenarioError(GaitError):
+    """A value in a scenario that cannot be used.
+
+    Parameters
+    ----------
+    key : str
+        Dotted key, for example ``walk.speed``; empty when the whole file is meant.
+    allowed : str
+        What is wrong or what is allowed, as the end of a sentence.
+    value : object, optional
+        The value found; left out of the message when it is None.
+    source : str, optional
+        The file that holds the value.
+    """
+
+    key: str
+    allowed: str
+    value: object = None
+    source: str = ""
+
+    def __str__(self) -> str:
+        """Return ``source: key = value: allowed`` without the parts that are empty."""
+        setting = self.key if self.value is None else f"{self.key} = {shown(self.value)}"
+        return ": ".join(part for part in (self.source, setting, self.allowed) if part)
+
+    def found_in(self, source: str) -> ScenarioError:
+        """Return the same error with the name of the file that holds the value."""
+        return ScenarioError(self.key, self.allowed, self.value, source)
+
+
+class ModelError(GaitError):
+    """A body model that contradicts itself, such as a wrong order of the DOF."""
+
+
+class ResultError(GaitError):
+    """A result folder that is missing, incomplete or unreadable."""
+
+
+class NoSolutionFound(GaitError):
+    """The solver stopped without a feasible walk.
+
+    Parameters
+    ----------
+    message : str
+        The solver's verdict in one line.
+    gait : Gait, optional
+        The last iterate.
+    report : object, optional
+        Which constraints failed, when and by how much.
+    """
+
+    def __init__(self, message: str, gait: Any = None, report: Any = None) -> None:
+        super().__init__(message)
+        self.gait = gait
+        self.report = report
+
+
+def shown(value: object) -> str:
+    """Return a value as it would stand in a scenario file, cut to a readable length."""
+    try:
+        text = repr(value) if isinstance(value, float) else json.dumps(value, default=str)
+    except ValueError:  # an integer of more digits than Python agrees to print
+        text = "a number of thousands of digits"
+    return text if len(text) <= SHOWN_CHARACTERS else text[: SHOWN_CHARACTERS - 3] + "..."

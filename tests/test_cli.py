@@ -1,0 +1,223 @@
+"""The command line: a user's mistake ends in one line and an exit code, never in a traceback."""
+
+import subprocess
+import sys
+import types
+from pathlib import Path
+
+import pytest
+
+from human_gait import cli
+from human_gait.exceptions import ModelError, NoSolutionFound, ResultError
+
+ROOT = Path(__file__).resolve().parent.parent
+NORMAL = str(ROOT / "scenarios" / "normal.toml")
+WALK = "[walk]\nspeed = 1.2\nstep_length = 0.7\n"
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty working folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def replace_room(monkeypatch):
+    """Replace one module of the package by stand-in functions for the time of a test."""
+
+    def replace(name, **functions):
+        room = types.ModuleType(f"human_gait.{name}")
+        vars(room).update(functions)
+        monkeypatch.setitem(sys.modules, f"human_gait.{name}", room)
+
+    return replace
+
+
+@pytest.fixture
+def prediction(replace_room):
+    """Let `predict` record its task and succeed, without solving anything."""
+    calls = []
+
+    def predict_to_folder(scenario, solver, out):
+        calls.append((scenario.name, solver, out))
+        return True
+
+    replace_room("prediction", predict_to_folder=predict_to_folder)
+    return calls
+
+
+def assert_one_line(capsys, *parts):
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("error: ")
+    assert captured.err.count("\n") == 1
+    assert captured.err.endswith("\n")
+    assert [part for part in parts if part not in captured.err] == []
+
+
+BAD_FILES = {
+    "unknown key": ("[walk]\nspead = 1\n", "did you mean speed?"),
+    "wrong type": ('[walk]\nspeed = "fast"\nstep_length = 0.7\n', "walk.speed"),
+    "negative mass": (WALK + "[subject]\nmass = -1\n", "subject.mass = -1"),
+    "beyond leg reach": ("[walk]\nspeed = 1.2\nstep_length = 1.5\n", "walk.step_length"),
+    "not TOML": ("walk: {speed: 1.2}", "is not TOML"),
+    "NaN": ("[walk]\nspeed = nan\nstep_length = 0.7\n", "walk.speed = nan"),
+    "line break in a key": ('["wa\\nlk"]\n' + WALK, "unknown setting"),
+    "escape code in a key": ('["wa\\u001b[31mlk"]\n' + WALK, "unknown setting"),
+}
+
+
+@pytest.mark.parametrize(("content", "part"), BAD_FILES.values(), ids=BAD_FILES)
+def test_a_bad_scenario_is_one_line_and_leaves_nothing_behind(
+    here, capsys, prediction, content, part
+):
+    Path("bad.toml").write_text(content)
+    assert cli.run(["predict", "bad.toml"]) == cli.BAD_INPUT
+    assert_one_line(capsys, "bad.toml", part)
+    assert [path.name for path in here.iterdir()] == ["bad.toml"]
+    assert prediction == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["predict", "missing.toml"], "missing.toml: cannot be read"),
+        (["predict", "."], "cannot be read"),
+        (["predict", NORMAL, "--solver", "simplex"], "'snopt', 'ipopt'"),
+        (["predict"], "SCENARIO"),
+        (["predict", NORMAL, "extra"], "extra"),
+        (["predict", NORMAL, "--frob"], "--frob"),
+        (["frob"], "frob"),
+        (["--frob"], "--frob"),
+        (["play"], "DIR"),
+        (["play", "missing"], "missing: no result here"),
+        (["plot", "."], "no result here"),
+        (["urdf", "--scenario", "missing.toml"], "missing.toml: cannot be read"),
+    ],
+)
+@pytest.mark.usefixtures("prediction")
+def test_a_bad_command_line_is_one_line_and_leaves_nothing_behind(here, capsys, arguments, part):
+    assert cli.run(arguments) == cli.BAD_INPUT
+    assert_one_line(capsys, part)
+    assert list(here.iterdir()) == []
+
+
+def test_a_result_folder_that_cannot_be_made_is_refused_before_solving(here, capsys, prediction):
+    (here / "file").write_text("")
+    assert cli.run(["predict", NORMAL, "--out", "file/result"]) == cli.BAD_INPUT
+    assert_one_line(capsys, "cannot be written", "Not a directory")
+    assert prediction == []
+
+
+def test_predict_passes_scenario_solver_and_folder_on(here, prediction):
+    assert cli.run(["predict", NORMAL]) == 0
+    assert cli.run(["predict", NORMAL, "--solver", "ipopt", "--out", "new/place"]) == 0
+    assert prediction == [
+        ("normal", "snopt", Path("out/normal")),
+        ("normal", "ipopt", Path("new/place")),
+    ]
+    assert list(here.iterdir()) == []
+
+
+@pytest.mark.usefixtures("here")
+def test_no_success_is_exit_code_1(replace_room):
+    replace_room("prediction", predict_to_folder=lambda *_: False)
+    assert cli.run(["predict", NORMAL]) == cli.NO_SOLUTION
+
+
+@pytest.mark.parametrize(
+    ("error", "exit_code"),
+    [
+        (NoSolutionFound("contact, 3 mm at 0.2 s", gait="last", report="table"), cli.NO_SOLUTION),
+        (ModelError("the DOF are\nout of order"), cli.BAD_INPUT),
+        (OSError(28, "No space left on device"), cli.BAD_INPUT),
+        (KeyboardInterrupt(), cli.INTERRUPTED),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+@pytest.mark.usefixtures("here")
+def test_errors_on_the_way_are_one_line(capsys, replace_room, error, exit_code):
+    def fail(*_):
+        raise error
+
+    replace_room("prediction", predict_to_folder=fail)
+    assert cli.run(["predict", NORMAL]) == exit_code
+    assert_one_line(capsys)
+
+
+@pytest.mark.usefixtures("here")
+def test_a_programming_error_is_not_hidden(replace_room):
+    replace_room("prediction", predict_to_folder=lambda: True)
+    with pytest.raises(TypeError):
+        cli.run(["predict", NORMAL])
+
+
+def test_no_solution_keeps_the_last_iterate():
+    error = NoSolutionFound("stopped", gait="last", report="table")
+    assert (str(error), error.gait, error.report) == ("stopped", "last", "table")
+
+
+def test_play_and_plot_take_the_result_of_the_folder(here, replace_room):
+    (here / "gait.npz").write_bytes(b"")
+    taken = []
+    replace_room("gait", load_gait=lambda folder: f"gait of {folder}")
+    replace_room("playback", play=taken.append)
+    replace_room("plots", save_plots=lambda gait, folder: taken.append((gait, folder)))
+    assert cli.run(["play", "."]) == cli.run(["plot", "."]) == 0
+    assert taken == ["gait of .", ("gait of .", Path())]
+
+
+def test_an_unreadable_result_is_one_line(here, capsys, replace_room):
+    def load_gait(folder):
+        raise ResultError(f"{folder}/gait.npz: not a result of human_gait")
+
+    (here / "gait.npz").write_bytes(b"junk")
+    replace_room("gait", load_gait=load_gait)
+    replace_room("playback", play=None)
+    assert cli.run(["play", "."]) == cli.BAD_INPUT
+    assert_one_line(capsys, "not a result")
+
+
+def test_urdf_writes_the_body_of_the_scenario(here, capsys, replace_room):
+    (here / "her.toml").write_text(WALK + '[subject]\nsex = "female"\n[load]\nmass = 9\n')
+    replace_room("body", make_body=lambda subject, load: (subject.sex, load.mass))
+    replace_room("urdf", urdf_text=str)
+    assert cli.run(["urdf"]) == 0
+    assert cli.run(["urdf", "--scenario", "her.toml", "--out", "her.urdf"]) == 0
+    assert (here / "urdf" / "human.urdf").read_text() == "('male', 0.0)"
+    assert (here / "her.urdf").read_text() == "('female', 9.0)"
+    assert capsys.readouterr().out.splitlines() == ["wrote urdf/human.urdf", "wrote her.urdf"]
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["predict", "--help"]])
+def test_help_is_shown_on_standard_output(capsys, arguments):
+    assert cli.run(arguments) == 0
+    captured = capsys.readouterr()
+    assert "Usage: human-gait" in captured.out
+    assert captured.err == ""
+
+
+def test_the_version_is_that_of_the_package(capsys):
+    assert cli.run(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("human-gait ")
+
+
+def test_main_exits_with_the_code_of_the_command(capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["human-gait", "frob"])
+    with pytest.raises(SystemExit) as exited:
+        cli.main()
+    assert exited.value.code == cli.BAD_INPUT
+    assert_one_line(capsys, "frob")
+
+
+def test_help_imports_no_solver_viewer_or_plotter():
+    program = (
+        "import sys; from human_gait import cli; cli.run(['--help'])\n"
+        "heavy = {'pydrake', 'pinocchio', 'meshcat', 'matplotlib', 'scipy', 'numpy'}\n"
+        "print(sorted(heavy & set(sys.modules)))"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert run.stdout.splitlines()[-1] == "[]"
