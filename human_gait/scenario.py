@@ -76,6 +76,16 @@ class Phases(Section):
     double_support: float = number(
         "of the step", 0.01, 0.99, default=0.25, source="measured, 1.2 m/s"
     )
+    heel_unloading: float = number(
+        "of the step", 0.01, 0.99, default=0.35, source="assumed: the pressure leaves the heel"
+    )
+    mid_swing: float = number(
+        "of the step",
+        0.01,
+        0.99,
+        default=0.40,
+        source="knee most flexed at 70 % of the cycle, Eq. 25",
+    )
     heel_off: float = number(
         "of the step", 0.01, 0.99, default=0.65, source="measured 0.6-0.7, 1.2 m/s"
     )
@@ -86,8 +96,12 @@ class Phases(Section):
         if not self.foot_flat <= self.double_support:
             allowed = f"must not come after the end of double support ({self.double_support:g})"
             raise ScenarioError("phases.foot_flat", allowed, self.foot_flat)
-        if not self.double_support < self.heel_off:
-            allowed = f"must come after the end of double support ({self.double_support:g})"
+        for name in ("mid_swing", "heel_unloading", "heel_off"):
+            if not self.double_support < getattr(self, name):
+                allowed = f"must come after the end of double support ({self.double_support:g})"
+                raise ScenarioError(f"phases.{name}", allowed, getattr(self, name))
+        if not self.heel_unloading < self.heel_off:
+            allowed = f"must come after the heel starts to unload ({self.heel_unloading:g})"
             raise ScenarioError("phases.heel_off", allowed, self.heel_off)
 
 
@@ -108,20 +122,27 @@ class Load(Section):
 class Discretisation(Section):
     """Resolution of the cubic B-splines (Eq. 28) and of the constraints in time."""
 
-    control_points: int = number("per DOF", 5, 60, default=8, source="the paper has 5")
-    intervals: int = number("per step", 12, 400, default=16)
+    control_points: int = number("per DOF", 6, 60, default=10, source="the paper has 5")
+    intervals: int = number("per step", 12, 400, default=20)
+    dynamics_per_interval: int = number(
+        "instants", 1, 8, default=2, source="torques and ZMP change faster than the feet move"
+    )
 
 
 @section
 class Tolerances(Section):
     """How closely the optimised motion has to follow the equalities of the paper."""
 
-    contact: float = number("m", 0.0, 0.05, default=0.005, source="Eqs. 20, 21")
-    contact_speed: float = number("m/s", 0.0, 2.0, default=0.05, source="Eq. 24")
-    zmp: float = number("m", 0.0, 0.05, default=0.0, source="Eq. 22")
-    pelvis_speed: float = number("m/s", 0.0, 1.0, default=0.1, source="Eq. 23")
-    knee_flexion_deg: float = number("deg", 0.0, 30.0, default=5.0, source="epsilon of Eq. 25")
-    arm_leg: float = number("rad^2", 0.0, 0.2, default=0.005, source="Eq. 27")
+    contact: float = number("m", 1e-4, 0.05, default=0.004, source="Eqs. 20, 21")
+    contact_speed: float = number("m/s", 1e-3, 2.0, default=0.1, source="Eq. 24")
+    load_transfer: float = number(
+        "of the load", 0.05, 1.0, default=0.3, source="Eq. 17; 1: in whatever order"
+    )
+    feet_apart: float = number("m", -0.5, 0.2, default=0.06, source="breadth of the ankle")
+    zmp_margin: float = number("m", 0.0, 0.02, default=0.005, source="Eq. 22: inside by so much")
+    pelvis_speed: float = number("m/s", 1e-3, 1.0, default=0.1, source="Eq. 23")
+    knee_flexion_deg: float = number("deg", 0.1, 30.0, default=5.0, source="epsilon of Eq. 25")
+    arm_leg: float = number("rad^2", 1e-4, 0.2, default=0.01, source="Eq. 27")
 
 
 @section
@@ -129,6 +150,24 @@ class Objective(Section):
     """What the walker minimises."""
 
     kind: str = choice("torque_squared", default="torque_squared", source="Eq. 18")
+    weighting: str = choice("none", "strength", default="none", source="none: as in Eq. 18")
+    passive_torques: str = choice(
+        "tissue", "none", default="tissue", source="none: every torque of Eq. 18 is paid for"
+    )
+
+
+@section
+class Posture(Section):
+    """How far the upper body may depart from upright, with hanging arms.
+
+    Eq. 18 alone swings pelvis and spine much further than people do (they: 2 to 5 deg), and the
+    arms like a runner's: a light limb costs next to nothing.
+    """
+
+    pelvis_deg: float = number("deg", 0.5, 45.0, default=10.0, source="assumed")
+    spine_deg: float = number("deg", 0.5, 45.0, default=8.0, source="assumed, each spine joint")
+    neck_deg: float = number("deg", 0.5, 45.0, default=5.0, source="assumed, each neck joint")
+    arms_deg: float = number("deg", 0.5, 180.0, default=35.0, source="assumed, each arm joint")
 
 
 @dataclass(frozen=True)
@@ -218,6 +257,7 @@ class Scenario(Section):
     discretisation: Discretisation = field(default_factory=Discretisation)
     tolerances: Tolerances = field(default_factory=Tolerances)
     objective: Objective = field(default_factory=Objective)
+    posture: Posture = field(default_factory=Posture)
     limits: Limits = field(default_factory=Limits)
 
     def __post_init__(self) -> None:

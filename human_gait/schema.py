@@ -29,7 +29,7 @@ from human_gait.exceptions import ScenarioError
 S = TypeVar("S")
 
 REQUIRED: Any = MISSING
-SHOWN_NAMES = 9  # the sections of a scenario, or the settings of any one section
+SHOWN_NAMES = 10  # the sections of a scenario, or the settings of any one section
 
 
 def number(

@@ -17,9 +17,18 @@ from engines import (
     random_states,
 )
 
+from human_gait import dh, skeleton
+from human_gait.dynamics import (
+    CHAINS,
+    FOOT_LINKS,
+    Dynamics,
+    load_jet,
+    load_torques,
+    load_torques_dq,
+)
+from human_gait.jet import Jet
 from human_gait.model import build_model
-from human_gait.recursive_lagrangian import inverse_dynamics
-from human_gait.urdf import link_to_dh
+from human_gait.recursive_lagrangian import ExternalLoad, inverse_dynamics
 
 N = 20
 TOLERANCE = 1e-10
@@ -37,6 +46,11 @@ def body(request):
 @pytest.fixture(scope="module")
 def model(body):
     return build_model(body)
+
+
+@pytest.fixture(scope="module")
+def dynamics(body):
+    return Dynamics(body)
 
 
 @pytest.fixture(params=[False, True], ids=["unloaded", "loaded"], scope="module")
@@ -66,36 +80,62 @@ def test_torques_agree_with_drake(body, state, loads):
 
 
 @pytest.mark.parametrize("k", range(3))
-def test_gradients_agree_with_pinocchio(body, model, state, loads, k):
+def test_gradients_agree_with_pinocchio(body, dynamics, state, loads, k):
+    """Loads constant in the world, their points fixed in the links."""
     q, v, a = (x[k] for x in state)
     now = at_instant(loads, k)
     by_q = complex_step(lambda x: inverse_dynamics(body, x, v, a, now), q)
     by_v = complex_step(lambda x: inverse_dynamics(body, q, x, a, now), v)
     by_a = complex_step(lambda x: inverse_dynamics(body, q, v, x, now), a)
-    dq, dv, da = pinocchio_gradients(body, model, (q, v, a), now)
-    assert relative(by_q - dq, dq) < TOLERANCE
-    assert relative(by_v - dv, dv) < TOLERANCE
-    assert relative(by_a - da, da) < TOLERANCE
+    tau = loaded_torques(body, dynamics, (q, v, a), now)
+    assert relative(tau.value[0] - inverse_dynamics(body, q, v, a, now), tau.value) < TOLERANCE
+    for by, found in zip((by_q, by_v, by_a), np.split(tau.partials[0], 3, axis=1), strict=True):
+        assert relative(by - found, by) < TOLERANCE
 
 
-def pinocchio_gradients(body, model, state, loads):
-    """Pinocchio holds the forces constant in the joint's frame; here they are in the world's."""
-    data = model.createData()
-    forces = pinocchio_loads(body, model, state[0], loads)
-    pin.computeRNEADerivatives(model, data, *state, forces)
-    mass = np.triu(data.M) + np.triu(data.M, 1).T  # only this triangle is filled
-    dtau_dq = data.dtau_dq.copy()
+@pytest.mark.parametrize("f", [0, 1], ids=["right foot", "left foot"])
+def test_gradients_under_a_wrench_that_stays_where_it_is(body, dynamics, state, f):
+    """The same wrench about the world's origin, whatever the foot does under it."""
+    q, v, a = (x[0] for x in state)
+    link, wrench = FOOT_LINKS[f, 1], np.array([90.0, 800.0, -150.0, 40.0, -60.0, 300.0])
+
+    def torques(x):
+        A = dh.frames(body.table, x)[1][..., link, :3, :]
+        point = -np.einsum("...ji,...j->...i", A[..., :3], A[..., 3])  # the origin, in the link
+        load = ExternalLoad(link, point, wrench[:3], wrench[3:])
+        return inverse_dynamics(body, x, v, a, [load])
+
+    now = dynamics.inverse(q[None], v[None], a[None])
+    chain, by_q = CHAINS[f], complex_step(torques, q)
+    S = now.axes[:, :, chain]
+    tau, dtau_dq = now.torque.value[0], now.torque.partials[0, :, :55].copy()
+    tau[chain] -= load_torques(S, wrench[None])[0]
+    dtau_dq[np.ix_(chain, chain)] -= load_torques_dq(S, wrench[None])[0]
+    assert relative(tau - torques(q), tau) < TOLERANCE
+    assert relative(dtau_dq - by_q, by_q) < TOLERANCE
+
+
+def loaded_torques(body, dynamics, state, loads):
+    """Torques (1, 55) under loads, with partials; the wrenches move with the loaded points."""
+    now = dynamics.inverse(*(x[None] for x in state))
+    A = dh.frames(body.table, state[0])[1]
+    value, partials = now.torque.value.copy(), now.torque.partials.copy()
     for load in loads:
-        J = pin.computeJointJacobian(model, data, state[0], load.link + 1)
-        dtau_dq -= J.T @ turning_load(body, data, load, J[3:])
-    return dtau_dq, data.dtau_dv.copy(), mass
+        chain = path(load.link)
+        point = A[load.link, :3, :3] @ load.point + A[load.link, :3, 3]
+        linear, angular = now.axes[0, :3, chain], now.axes[0, 3:, chain]
+        moved = np.zeros((1, 6, 165))
+        moved[0, 3:, chain] = np.cross(linear + np.cross(angular, point), load.force)
+        wrench = np.concatenate([load.force, np.cross(point, load.force) + load.moment])
+        torque = load_jet(now.axes, chain, Jet(wrench[None], moved))
+        value[:, chain] -= torque.value
+        partials[:, chain] -= torque.partials
+    return Jet(value, partials)
 
 
-def turning_load(body, data, load, w):
-    """(6, 55) change of a load in the joint's frame as that frame turns by w (3, 55)."""
-    rotation = data.oMi[load.link + 1].rotation
-    to_dh = link_to_dh(body.table)[load.link]
-    point = to_dh[:3, :3] @ load.point + to_dh[:3, 3]
-    force = -np.cross(w.T, rotation.T @ load.force)
-    moment = -np.cross(w.T, rotation.T @ load.moment) + np.cross(point, force)
-    return np.hstack([force, moment]).T
+def path(link):
+    """The joints from the world to a link."""
+    chain = [link]
+    while skeleton.PARENT[chain[0]] >= 0:
+        chain.insert(0, int(skeleton.PARENT[chain[0]]))
+    return np.array(chain)

@@ -1,0 +1,107 @@
+"""Inverse dynamics and its gradients by Pinocchio, at many instants.
+
+Forces that are constant in the world enter through the spatial axes of the joints: axis S_i (the
+motion of the body points at the world's origin, linear part first, then angular) takes the torque
+S_i^T F from a wrench F about the origin, and moves with the joints k below it in the tree as
+dS_i/dq_k = S_k x S_i.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pinocchio as pin
+
+from human_gait.body import SIDES, Body
+from human_gait.jet import Jet
+from human_gait.model import build_model
+from human_gait.skeleton import BRANCHES, N_DOF, SEGMENTS
+
+FloatArray = npt.NDArray[np.float64]
+
+ROOT = np.array(BRANCHES["virtual"])
+"""Indices of the six global DOF."""
+
+CHAINS = tuple(
+    np.array(BRANCHES["virtual"] + BRANCHES[branch]) for branch in ("right_leg", "left_leg")
+)
+"""Indices of the DOF that move a foot, from the world to the toes: right, left."""
+
+FOOT_LINKS = np.array([[SEGMENTS[f"foot_{side}"], SEGMENTS[f"toe_{side}"]] for side in SIDES])
+"""(2, 2) links of a foot: rear foot and toes."""
+
+
+@dataclass(frozen=True)
+class InverseDynamics:
+    """Torques without ground reaction, and where the joints are.
+
+    Attributes
+    ----------
+    torque : Jet (K, 55), [N m] and [N]
+        Partials (K, 55, 165) in q, v, a.
+    axes : (K, 6, 55) array
+        Spatial joint axes about the world's origin.
+    foot_poses : (K, 2, 2, 4, 4) array
+        Links of ``FOOT_LINKS`` (URDF link frames) in the world.
+    """
+
+    torque: Jet
+    axes: FloatArray
+    foot_poses: FloatArray
+
+
+class Dynamics:
+    """The Pinocchio model of one body."""
+
+    def __init__(self, body: Body) -> None:
+        self.model = build_model(body)
+        self._data = self.model.createData()
+
+    def inverse(self, q: FloatArray, v: FloatArray, a: FloatArray) -> InverseDynamics:
+        """Return torques and partials at K instants, q, v, a (K, 55)."""
+        K = len(q)
+        tau, partials = np.empty((K, N_DOF)), np.empty((K, N_DOF, 3, N_DOF))
+        axes, poses = np.empty((K, 6, N_DOF)), np.empty((K, *FOOT_LINKS.shape, 4, 4))
+        data = self._data
+        for k in range(K):
+            pin.computeRNEADerivatives(self.model, data, q[k], v[k], a[k])
+            tau[k], axes[k] = data.tau, data.J
+            partials[k, :, 0], partials[k, :, 1] = data.dtau_dq, data.dtau_dv
+            partials[k, :, 2] = _symmetric(data.M)
+            for place in np.ndindex(FOOT_LINKS.shape):
+                poses[k][place] = data.oMi[int(FOOT_LINKS[place]) + 1].homogeneous
+        return InverseDynamics(Jet(tau, partials.reshape(K, N_DOF, -1)), axes, poses)
+
+
+def _symmetric(M: FloatArray) -> FloatArray:
+    """Return M from its upper triangle, all that computeRNEADerivatives fills."""
+    upper = np.triu(M)
+    return upper + np.triu(M, 1).T
+
+
+def load_torques(axes: FloatArray, wrench: FloatArray) -> FloatArray:
+    """Return S_i^T F (K, c) of c joints for wrenches F (K, 6) about the world's origin."""
+    return np.asarray(np.einsum("kxi,kx->ki", axes, wrench))
+
+
+def load_torques_dq(axes: FloatArray, wrench: FloatArray) -> FloatArray:
+    """Return d(S_i^T F)/dq_j (K, c, c) on one chain of joints, F constant in the world."""
+    turned = np.einsum("kjix,kx->kij", _turned_axes(axes), wrench)
+    return np.asarray(np.tril(turned, -1))
+
+
+def load_jet(axes: FloatArray, chain: npt.NDArray[np.intp], wrench: Jet) -> Jet:
+    """Return the torques of a wrench that itself depends on the state, on one chain of joints."""
+    S = axes[:, :, chain]
+    partials = np.einsum("kxi,kxs->kis", S, wrench.partials)
+    partials[:, :, chain] += load_torques_dq(S, wrench.value)
+    return Jet(load_torques(S, wrench.value), partials)
+
+
+def _turned_axes(axes: FloatArray) -> FloatArray:
+    """Return S_j x S_i (K, j, i, 6), the spatial cross product of motions."""
+    linear, angular = axes[:, :3].swapaxes(1, 2), axes[:, 3:].swapaxes(1, 2)
+    lj, wj, li, wi = linear[:, :, None], angular[:, :, None], linear[:, None], angular[:, None]
+    return np.concatenate([np.cross(wj, li) + np.cross(lj, wi), np.cross(wj, wi)], axis=-1)

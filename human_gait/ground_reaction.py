@@ -1,0 +1,157 @@
+"""The two-step algorithm for the ground reaction, Eq. (17) and Fig. 5, with partials.
+
+Step one, without ground reaction: the torques of the six global DOF are a wrench (R, M) about the
+world's origin, and with it the zero moment point and the vertical moment there,
+
+    ZMP = (M_z / R_y, 0, -M_x / R_y),    M_y,zmp = M_y - (z R_x - x R_z).
+
+Step two: R and M_y,zmp act on the feet. In single support all of it acts on the left foot at the
+ZMP. In double support the feet share it as l1 : l2, by where the ZMP lies along the line from A
+(trailing foot) to B (leading foot); d1 and d2 of Eq. (17) are distances along that line. What is
+left, e = ZMP - (l1 A + l2 B), shifts both points alike: R1 at A + e and R2 at B + e are together
+exactly R at the ZMP, and the global DOF stay free of torque.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from human_gait.contact_plan import LEFT, RIGHT, ContactPlan
+from human_gait.dynamics import CHAINS, ROOT, InverseDynamics, load_jet, load_torques_dq
+from human_gait.jet import Jet, cross, stack
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+_ROUNDING = 0.04  # of the way from A to B: where the share bends smoothly into 0 and 1
+_TOE_BLEND = (-0.010, 0.020)  # [m] ahead of the metatarsal heads: from the rear foot to the toes
+
+
+@dataclass(frozen=True)
+class GroundReaction:
+    """What the ground does to the feet at K instants.
+
+    Attributes
+    ----------
+    force : Jet (K, 3), [N]
+        R, all that the ground carries.
+    zmp : Jet (K, 2), [m]
+        x and z of the zero moment point.
+    leading_share : Jet (K,)
+        l2 of Eq. (17); 1 in single support.
+    pressure : tuple of two Jet (K, 2), [m]
+        x and z of the centre of pressure of the right and of the left foot.
+    wrenches : tuple of two Jet (K, 6), [N], [N m]
+        On the right and on the left foot, about the world's origin.
+    """
+
+    force: Jet
+    zmp: Jet
+    leading_share: Jet
+    pressure: tuple[Jet, Jet]
+    wrenches: tuple[Jet, Jet]
+
+
+def ground_reaction(
+    dynamics: InverseDynamics, plan: ContactPlan, times: FloatArray
+) -> GroundReaction:
+    """Return the ground reaction at the instants `times` (K,) of the step."""
+    wrench = root_wrench(dynamics)
+    R, M = wrench[:, :3], wrench[:, 3:]
+    zmp = stack([M[:, 2] / R[:, 1], -M[:, 0] / R[:, 1]])
+    yaw_moment = M[:, 1] - (zmp[:, 1] * R[:, 0] - zmp[:, 0] * R[:, 2])
+    both = plan.double_support(times)
+    A, B = (point[:, [0, 2]] for point in plan.transfer_points(times))
+    l2 = _leading_share(zmp, A, B, both)
+    e = zmp - stack([l2 * side for side in (B - A).T]) - A
+    pressure = tuple(_where(both, e + point, zmp) for point in (A, B))
+    shares = (1.0 - l2, l2)
+    wrenches = tuple(
+        _foot_wrench(point, R, yaw_moment, share)
+        for point, share in zip(pressure, shares, strict=True)
+    )
+    return GroundReaction(R, zmp, l2, pressure, wrenches)  # type: ignore[arg-type]
+
+
+def root_wrench(dynamics: InverseDynamics) -> Jet:
+    """Return the wrench (K, 6) about the world's origin that the global DOF would have to give.
+
+    It solves J^T F = tau_1..6, J the spatial axes of the global DOF.
+    """
+    axes, torque = dynamics.axes[:, :, ROOT], dynamics.torque[:, ROOT]
+    J_T = axes.swapaxes(1, 2)
+    wrench = np.asarray(np.linalg.solve(J_T, torque.value[..., None])[..., 0], dtype=float)
+    partials = torque.partials.copy()
+    partials[:, :, ROOT] -= load_torques_dq(axes, wrench)
+    return Jet(wrench, np.asarray(np.linalg.solve(J_T, partials), dtype=float))
+
+
+def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction, plan: ContactPlan) -> Jet:
+    """Return the torques (K, 55) with the ground reaction; those of the global DOF vanish.
+
+    The toe joint carries what acts ahead of the metatarsal heads: the share of the foot's wrench
+    on the toes rises smoothly with the centre of pressure. No other torque depends on it.
+    """
+    value, partials = dynamics.torque.value.copy(), dynamics.torque.partials.copy()
+    for f in (RIGHT, LEFT):
+        chain = CHAINS[f]
+        load = load_jet(dynamics.axes, chain, reaction.wrenches[f])
+        toes = load[:, -1] * _toe_share(reaction.pressure[f][:, 1] - plan.balls[f])
+        value[:, chain[:-1]] -= load.value[:, :-1]
+        partials[:, chain[:-1]] -= load.partials[:, :-1]
+        value[:, chain[-1]] -= toes.value
+        partials[:, chain[-1]] -= toes.partials
+    return Jet(value, partials)
+
+
+def _leading_share(zmp: Jet, A: FloatArray, B: FloatArray, both: BoolArray) -> Jet:
+    """Return l2 = d1 / (d1 + d2) along AB, bent smoothly to stay within 0 and 1."""
+    along = (B - A) / np.sum((B - A) ** 2, axis=1, keepdims=True)
+    offset = zmp - A
+    s: Jet = offset[:, 0] * along[:, 0] + offset[:, 1] * along[:, 1]
+    return (s.map(_ramp, _ramp_slope) - (s - 1.0).map(_ramp, _ramp_slope)).where(both, 1.0)
+
+
+def _where(both: BoolArray, first: Jet, second: Jet) -> Jet:
+    choose = both[:, None]
+    partials = np.where(choose[..., None], first.partials, second.partials)
+    return Jet(np.where(choose, first.value, second.value), partials)
+
+
+def _foot_wrench(pressure: Jet, R: Jet, yaw_moment: Jet, share: Jet) -> Jet:
+    """Return the share of R and of the vertical moment, acting at the pressure point."""
+    height = Jet(0.0 * yaw_moment.value, 0.0 * yaw_moment.partials)
+    moment = cross(stack([pressure[:, 0], height, pressure[:, 1]]), R)
+    parts = [R[:, 0], R[:, 1], R[:, 2], moment[:, 0], moment[:, 1] + yaw_moment, moment[:, 2]]
+    return stack([part * share for part in parts])
+
+
+def _toe_share(ahead: Jet) -> Jet:
+    start, end = _TOE_BLEND
+    return ((ahead - start) / (end - start)).map(_step, _step_slope)
+
+
+def _ramp(s: FloatArray) -> FloatArray:
+    """Return max(s, 0), rounded within +- _ROUNDING; twice continuously differentiable."""
+    r = _ROUNDING
+    u = np.clip((s + r) / (2 * r), 0.0, 1.0)
+    return np.asarray(2 * r * (u**3 - u**4 / 2) + np.maximum(s - r, 0.0))
+
+
+def _ramp_slope(s: FloatArray) -> FloatArray:
+    u = np.clip((s + _ROUNDING) / (2 * _ROUNDING), 0.0, 1.0)
+    return np.asarray(3 * u**2 - 2 * u**3)
+
+
+def _step(x: FloatArray) -> FloatArray:
+    """Return a smooth step from 0 to 1, twice continuously differentiable."""
+    u = np.clip(x, 0.0, 1.0)
+    return np.asarray(u**3 * (10 - 15 * u + 6 * u**2))
+
+
+def _step_slope(x: FloatArray) -> FloatArray:
+    u = np.clip(x, 0.0, 1.0)
+    return np.asarray(30 * u**2 * (1 - u) ** 2)

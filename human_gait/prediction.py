@@ -1,0 +1,176 @@
+"""From a scenario to a result folder: build, solve, verify, write, and tell how it goes."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from human_gait.exceptions import NoSolutionFound
+from human_gait.gait import Gait, save_gait
+from human_gait.gait_cycle import save_gait_cycle
+from human_gait.program import GaitProgram, build_program
+from human_gait.scenario import Scenario
+from human_gait.solver import Iterate, Solution, solve
+from human_gait.verification import Check, verify
+
+SUMMARY = "summary.json"
+PACKAGES = ("human-gait", "drake", "pin", "numpy", "scipy")
+_LINE_EVERY = 25
+
+
+def predict(scenario: Scenario, solver: str = "snopt") -> Gait:
+    """Return the predicted gait of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    solver : str
+        ``snopt`` or ``ipopt``.
+
+    Raises
+    ------
+    NoSolutionFound
+        If the solver did not converge; it carries the best gait so far and the violations.
+    """
+    solution = solve(build_program(scenario), solver)
+    if not solution.converged:
+        raise NoSolutionFound(
+            f"{solution.solver} stopped: {solution.status}", solution.gait, solution.violations
+        )
+    return solution.gait
+
+
+def predict_to_folder(scenario: Scenario, solver: str, folder: Path) -> bool:
+    """Predict, verify and write a result; return whether it is a walk.
+
+    A solve that fails or is interrupted leaves its best gait and says what is wrong with it.
+    """
+    console = Console(highlight=False)
+    program = build_program(scenario)
+    console.print(
+        f"{scenario.name}: {len(program.variables)} variables, "
+        f"{program.n_constraint_rows} constraints, {solver}"
+    )
+    with _progress(console) as tell:
+        solution = solve(program, solver, tell=tell)
+    checks = verify(solution.gait)
+    success = solution.converged and all(check.passed for check in checks)
+    summary = _summary(program, solution, checks, success)
+    _write(folder, solution.gait, summary)
+    console.print(_check_table(checks))
+    console.print(_verdict(solution, success, folder))
+    if not success:
+        console.print(_failures(solution, checks))
+    return success
+
+
+@contextmanager
+def _progress(console: Console) -> Iterator[Any]:
+    """Yield a function that shows iterates: a live line on a terminal, else a line now and then."""
+    if not console.is_terminal:
+        yield lambda now: console.print(_line(now)) if now.number % _LINE_EVERY == 1 else None
+        return
+    with Live(console=console, refresh_per_second=8, transient=False) as live:
+        yield lambda now: live.update(_line(now))
+
+
+def _line(now: Iterate) -> Text:
+    worst = now.worst
+    return Text(
+        f"{now.stage:>8} {now.number:5d}  {now.elapsed:6.1f} s  cost {now.cost:10.1f} N²m²s  "
+        f"worst: {worst.name} (Eq. {worst.equation}) {worst.value:.1e} {worst.unit}"
+    )
+
+
+def _summary(
+    program: GaitProgram, solution: Solution, checks: list[Check], success: bool
+) -> dict[str, Any]:
+    scenario = program.scenario
+    return {
+        "success": success,
+        "solver": solution.solver,
+        "solver_status": solution.status,
+        "wall_time_s": solution.wall_time,
+        "attempts": solution.attempts,
+        "iterations": solution.iterations,
+        "evaluations": solution.evaluations,
+        "cost": solution.cost,
+        "cost_unit": "N^2 m^2 s",
+        "n_variables": len(program.variables),
+        "n_constraints": program.n_constraint_rows,
+        "violations": {
+            worst.name: {
+                "value": worst.value,
+                "unit": worst.unit,
+                "time_s": worst.time,
+                "equation": worst.equation,
+            }
+            for worst in solution.violations
+        },
+        "checks": {check.name: {**asdict(check), "passed": check.passed} for check in checks},
+        "walking_speed_m_per_s": scenario.walk.speed,
+        "step_length_m": scenario.walk.step_length,
+        "body_mass_kg": scenario.subject.mass,
+        "load_kg": scenario.load.mass,
+        "scenario": scenario.to_dict(),
+        "versions": {"python": platform.python_version()}
+        | {package: version(package) for package in PACKAGES},
+    }
+
+
+def _write(folder: Path, gait: Gait, summary: dict[str, Any]) -> None:
+    from human_gait.playback import save_playback  # noqa: PLC0415, half a second to import
+    from human_gait.plots import save_plots  # noqa: PLC0415, the same
+
+    folder.mkdir(parents=True, exist_ok=True)
+    save_gait(gait, folder)
+    save_gait_cycle(gait, folder / "gait_cycle.csv")
+    (folder / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    save_plots(gait, folder)
+    save_playback(gait, folder / "playback.html")
+
+
+def _check_table(checks: list[Check]) -> Table:
+    table = Table(title="The walk on a grid ten times finer", title_justify="left")
+    for column, side in (("check", "left"), ("found", "right"), ("limit", "right"), ("", "left")):
+        table.add_column(column, justify=side)  # type: ignore[arg-type]
+    for check in checks:
+        found, limit = f"{check.value:.1e} {check.unit}", f"{check.limit:.0e}"
+        table.add_row(check.name, found, limit, "ok" if check.passed else "FAILED")
+    return table
+
+
+def _verdict(solution: Solution, success: bool, folder: Path) -> str:
+    outcome = "found a walk" if success else "found no walk"
+    return (
+        f"{solution.solver} {outcome} in {solution.wall_time:.1f} s ({solution.status}); "
+        f"result in {folder}"
+    )
+
+
+def _failures(solution: Solution, checks: list[Check]) -> str:
+    """Return which constraints and checks failed, when and by how much."""
+    lines = [
+        f"  {worst.name} (Eq. {worst.equation}): {worst.value:.2e} {worst.unit} "
+        f"at t = {worst.time:.3f} s"
+        for worst in solution.violations
+        if worst.value > 1e-4
+    ]
+    lines += [
+        f"  {check.name}: {check.value:.2e} {check.unit} at t = {check.time:.3f} s, "
+        f"allowed {check.limit:g}"
+        for check in checks
+        if not check.passed
+    ]
+    return "\n".join(["not kept:", *lines]) if lines else "every constraint is kept"

@@ -1,0 +1,259 @@
+"""The walk as a Drake MathematicalProgram: control points in, cost and constraints out.
+
+Decision variables are the free control points of all 55 DOF (`bspline`). Rows of constraints know
+their partials in q, v, a (`constraints`); here they become gradients in control points, once:
+
+    d/dP = d/dq N + d/dv N' + d/da N''        (Eq. 31)
+
+This is the only place that meets Drake's AutoDiff.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
+from pydrake.math import BsplineBasis
+from pydrake.solvers import MathematicalProgram
+from pydrake.trajectories import BsplineTrajectory
+
+from human_gait.bspline import DEGREE, Basis, expand, fold
+from human_gait.constraints import Constraint, Residual, joint_limits, paper_constraints
+from human_gait.gait import Gait
+from human_gait.initial_guess import initial_guess
+from human_gait.instant import Instants, Walker
+from human_gait.objective import torque_squared, torque_weights
+from human_gait.scenario import Scenario
+from human_gait.skeleton import DOF_NAMES, MIRROR_INDEX, N_DOF
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+COST_SCALE = 1e-3
+"""The solvers see the cost in kN^2 m^2 s: of the order of one to ten."""
+
+
+@dataclass(frozen=True)
+class Violation:
+    """The worst row of one constraint.
+
+    Attributes
+    ----------
+    name, equation, unit : str
+    value : float
+        By how much the bound is exceeded, 0 if it is kept, in `unit`.
+    time : float, [s]
+    """
+
+    name: str
+    equation: str
+    unit: str
+    value: float
+    time: float
+
+
+class GaitProgram:
+    """One scenario as an optimisation problem.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    basis : Basis
+    times : (K,) array, [s]
+        The grid of instants. T itself is left out: it is the mirror image of 0.
+    constraints : list of Constraint
+    prog : MathematicalProgram
+        Objective Eq. (18) subject to Eqs. (19)-(27).
+    variables : (m * 55,) array of Variable
+        The free control points, row by row.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        step_time, grid = scenario.walk.step_time, scenario.discretisation
+        n = grid.intervals * grid.dynamics_per_interval
+        self.limits = joint_limits(scenario, DOF_NAMES)
+        self.basis = Basis.uniform(step_time, grid.control_points)
+        self.times = np.arange(n) * step_time / n
+        self._walker = Walker(scenario)
+        self._N = [self.basis.matrix(self.times, order) for order in range(3)]
+        self._active = _active_functions(self.basis, self.times)
+        self._weights = torque_weights(scenario)
+        self._known: tuple[bytes, Instants] | None = None
+        self.evaluations = 0
+        self.observe: Callable[[FloatArray], None] | None = None
+        self.constraints = paper_constraints(scenario, self._walker.plan, self.times)
+        self.prog, self.variables = self._program(self.constraints)
+        self.prog.AddCost(self._cost, self.variables)
+
+    @property
+    def n_constraint_rows(self) -> int:
+        """Number of rows of all constraints."""
+        return sum(len(constraint.lower) for constraint in self.constraints)
+
+    def guess(self) -> FloatArray:
+        """Return the free control points of the first guess, flat, within the joint limits."""
+        plan, body = self._walker.plan, self._walker.body
+        return np.clip(initial_guess(self.scenario, body, plan, self.basis), *self.limits).ravel()
+
+    def posture_program(
+        self, guess: FloatArray, nearness: float, gentleness: float
+    ) -> MathematicalProgram:
+        """Return an easier problem: near the guess, gently moving, forces at every interval only.
+
+        Its cost is quadratic: `nearness` [1/rad^2 s] weighs the distance from the guess,
+        `gentleness` [s^3/rad^2] the accelerations. Its constraints are those of `prog` without
+        the instants between the ends of the intervals.
+        """
+        on = np.arange(0, len(self.times), self.scenario.discretisation.dynamics_per_interval)
+        prog, variables = self._program([constraint.at(on) for constraint in self.constraints])
+        near, gentle = self.basis.design(self.times), self.basis.design(self.times, 2)
+        weight = self.basis.step_time / len(self.times)
+        Q = 2.0 * weight * (nearness * near.T @ near + gentleness * gentle.T @ gentle)
+        b = -2.0 * weight * nearness * near.T @ (near @ guess)
+        prog.AddQuadraticCost(Q, b, variables)
+        return prog
+
+    def gait(self, free: FloatArray, **solution: object) -> Gait:
+        """Return the gait of flat free control points."""
+        control_points = expand(free.reshape(-1, N_DOF), self.scenario.walk.step_length)
+        return Gait(self.scenario, self.basis.breaks, control_points, solution)
+
+    def instants(self, free: FloatArray) -> Instants:
+        """Return everything known at the instants of the grid; the last result is kept."""
+        key = free.tobytes()
+        if self._known is None or self._known[0] != key:
+            self._known = key, self._evaluated(free)
+            self.evaluations += 1
+            if self.observe:
+                self.observe(free)
+        return self._known[1]
+
+    def _evaluated(self, free: FloatArray) -> Instants:
+        P = expand(free.reshape(-1, N_DOF), self.scenario.walk.step_length)
+        return self._walker.at(self.times, *(N @ P for N in self._N))
+
+    def cost(self, free: FloatArray) -> tuple[float, FloatArray]:
+        """Return the objective [N^2 m^2 s] and its gradient in the free control points."""
+        value, partials = torque_squared(self.instants(free), self.basis.step_time, self._weights)
+        dq, dv, da = partials.reshape(-1, 3, N_DOF).swapaxes(0, 1)
+        gradient = sum(N.T @ d for N, d in zip(self._N, (dq, dv, da), strict=True))
+        return value, fold(np.asarray(gradient)[None]).ravel()
+
+    def residual(self, constraint: Constraint, free: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return rows (r,) of a constraint and their Jacobian (r, m * 55)."""
+        residual = constraint.evaluate(self.instants(free))
+        return residual.value, self._chain(constraint, residual)
+
+    def violations(self, free: FloatArray) -> list[Violation]:
+        """Return the worst row of every constraint."""
+        now = self.instants(free)
+        return [
+            self._worst(constraint, constraint.evaluate(now)) for constraint in self.constraints
+        ]
+
+    def pattern(self, constraint: Constraint) -> BoolArray:
+        """Return (r, m * 55) true where the Jacobian of a constraint can differ from zero."""
+        m, columns = self.basis.n_free, constraint.columns
+        functions = self._active[constraint.instants]
+        wrapped = (functions >= m)[:, :, None]  # these control points mirror the first ones
+        dof = np.where(wrapped, MIRROR_INDEX[columns][:, None], columns[:, None])
+        rows = np.arange(len(columns))[:, None, None]
+        pattern = np.zeros((len(columns), m, N_DOF), dtype=bool)
+        pattern[rows, (functions % m)[:, :, None], dof] = True
+        return pattern.reshape(len(columns), -1)
+
+    def _worst(self, constraint: Constraint, residual: Residual) -> Violation:
+        below, above = constraint.lower - residual.value, residual.value - constraint.upper
+        excess = np.maximum(np.maximum(below, above), 0.0)
+        row = int(np.argmax(excess))
+        time = float(self.times[constraint.instants[row]])
+        name, equation, unit = constraint.name, constraint.equation, constraint.unit
+        return Violation(name, equation, unit, float(excess[row]), time)
+
+    def _program(self, constraints: list[Constraint]) -> tuple[MathematicalProgram, FloatArray]:
+        """Return a program with limits and constraints, without cost, and its variables."""
+        prog = MathematicalProgram()
+        variables = prog.NewContinuousVariables(self.basis.n_free * N_DOF, "P")
+        lower, upper = (np.tile(limit, self.basis.n_free) for limit in self.limits)
+        prog.AddBoundingBoxConstraint(lower, upper, variables)
+        for constraint in constraints:
+            self._add(prog, constraint, variables)
+        return prog, variables
+
+    def _add(
+        self, prog: MathematicalProgram, constraint: Constraint, variables: FloatArray
+    ) -> None:
+        if constraint.linear:
+            still = constraint.evaluate(self._evaluated(np.zeros(len(variables))))
+            lower, upper = constraint.lower - still.value, constraint.upper - still.value
+            jacobian = self._chain(constraint, still)
+            prog.AddLinearConstraint(jacobian, lower, upper, variables)
+            return
+        function = _seam(lambda free: self.residual(constraint, free))
+        binding = prog.AddConstraint(function, constraint.lower, constraint.upper, variables)
+        entries = np.argwhere(self.pattern(constraint))
+        binding.evaluator().set_description(constraint.name)
+        binding.evaluator().SetGradientSparsityPattern([(int(r), int(c)) for r, c in entries])
+
+    def _cost(self, x: npt.NDArray[np.object_]) -> object:
+        scaled = _seam(lambda free: tuple(COST_SCALE * np.atleast_1d(y) for y in self.cost(free)))
+        return scaled(x)[0]
+
+    def _chain(self, constraint: Constraint, residual: Residual) -> FloatArray:
+        """Return the Jacobian of rows in the free control points, Eq. (31)."""
+        k, columns = constraint.instants, constraint.columns
+        functions = self._active[k]
+        N = [matrix[k[:, None], functions] for matrix in self._N]
+        parts = zip(N, (residual.dq, residual.dv, residual.da), strict=True)
+        blocks = sum(n[:, :, None] * d[:, None, :] for n, d in parts)
+        rows = np.arange(len(k))[:, None, None]
+        jacobian = np.zeros((len(k), self.basis.n_control_points, N_DOF))
+        jacobian[rows, functions[:, :, None], columns[:, None, :]] = blocks
+        folded = fold(jacobian)
+        return folded.reshape(len(folded), -1)
+
+
+def build_program(scenario: Scenario) -> GaitProgram:
+    """Return the optimisation problem of a scenario.
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario names a DOF that does not exist.
+    """
+    return GaitProgram(scenario)
+
+
+def bspline_trajectory(gait: Gait) -> BsplineTrajectory:
+    """Return one step of a gait as a trajectory of Drake."""
+    basis = BsplineBasis(DEGREE + 1, gait.knots)
+    return BsplineTrajectory(basis, gait.control_points.T)
+
+
+def _seam(
+    function: Callable[[FloatArray], tuple[FloatArray, ...]],
+) -> Callable[[npt.NDArray[np.object_]], npt.NDArray[np.object_]]:
+    """Return a Drake evaluator of a function that returns value and Jacobian."""
+
+    def evaluate(x: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
+        if x.dtype != object:
+            return np.asarray(function(np.asarray(x, dtype=float))[0])
+        value, jacobian = function(ExtractValue(x).ravel())
+        seed = ExtractGradient(x)
+        by_seed = np.atleast_2d(jacobian)
+        if not np.array_equal(seed, np.eye(len(x))):
+            by_seed = by_seed @ seed
+        return np.asarray(InitializeAutoDiff(value, by_seed)).ravel()
+
+    return evaluate
+
+
+def _active_functions(basis: Basis, times: FloatArray) -> npt.NDArray[np.intp]:
+    """Return the four basis functions (K, 4) that are not zero at each instant."""
+    piece = np.searchsorted(basis.breaks, times, side="right") - 1
+    piece = np.clip(piece, 0, basis.n_free - 1)
+    return np.asarray(piece[:, None] + np.arange(DEGREE + 1))

@@ -1,0 +1,291 @@
+"""Solve the program with SNOPT or IPOPT: first a feasible posture path, then the torques."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from pydrake.solvers import IpoptSolver, MathematicalProgram, SnoptSolver, SolverOptions
+
+from human_gait.gait import Gait
+from human_gait.program import GaitProgram, Violation
+
+FloatArray = npt.NDArray[np.float64]
+
+SOLVERS = ("snopt", "ipopt")
+FEASIBLE = 1e-4
+"""Largest violation, in the unit of its constraint, of an iterate that counts as feasible."""
+
+_OPTIONS: dict[str, dict[str, Any]] = {
+    "snopt": {
+        "Major feasibility tolerance": 1e-6,
+        "Major optimality tolerance": 4e-3,
+        "Major iterations limit": 500,
+        "Iterations limit": 100_000,
+        "Superbasics limit": 2_000,
+        "Hessian updates": 50,
+    },
+    "ipopt": {
+        "tol": 2e-3,
+        "constr_viol_tol": 1e-6,
+        "honor_original_bounds": "yes",  # else joint limits are exceeded by 1e-8
+        "acceptable_iter": 0,
+        "max_iter": 2_000,
+        "hessian_approximation": "limited-memory",
+        "limited_memory_max_history": 50,
+        "nlp_scaling_method": "none",
+        "mu_strategy": "adaptive",
+    },
+}
+_POSTURE_OPTIONS: dict[str, dict[str, Any]] = {
+    "snopt": {"Major optimality tolerance": 1e-1, "Major iterations limit": 25},
+    "ipopt": {"tol": 1e-2, "max_iter": 200},
+}
+# If the torque stage gets stuck, another feasible posture path is tried: weights of staying near
+# the guess [1/rad^2 s] and of moving gently [s^3/rad^2]. Always in this order: nothing is random.
+_ATTEMPTS = ((0.3, 1e-3), (1.0, 1e-2), (0.1, 1e-4))
+
+_SNOPT_STATUS = {
+    1: "optimality conditions satisfied",
+    2: "feasible point found",
+    3: "requested accuracy could not be achieved",
+    11: "infeasible linear constraints",
+    13: "nonlinear infeasibilities minimized",
+    31: "iteration limit reached",
+    32: "major iteration limit reached",
+    41: "current point cannot be improved",
+}
+
+
+@dataclass(frozen=True)
+class Iterate:
+    """One evaluated point on the way.
+
+    Attributes
+    ----------
+    stage : str
+        ``posture`` or ``torque``.
+    number : int
+        How many points have been evaluated.
+    elapsed : float, [s]
+    cost : float, [N^2 m^2 s]
+    worst : Violation
+    free : (m * 55,) array
+        Free control points.
+    """
+
+    stage: str
+    number: int
+    elapsed: float
+    cost: float
+    worst: Violation
+    free: FloatArray
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint is kept to within ``FEASIBLE``."""
+        return self.worst.value <= FEASIBLE
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What the solver found.
+
+    Attributes
+    ----------
+    gait : Gait
+    converged : bool
+        Whether the solver says that its point is feasible and optimal, and the point is feasible.
+    interrupted : bool
+    solver, status : str
+    iterations, evaluations : int
+        Points at which the solver had costs and gradients; times that the dynamics was evaluated.
+    attempts : int
+        Posture paths that the torque stage was started from.
+    cost : float, [N^2 m^2 s]
+    wall_time : float, [s]
+    violations : list of Violation
+    """
+
+    gait: Gait
+    converged: bool
+    interrupted: bool
+    solver: str
+    status: str
+    iterations: int
+    evaluations: int
+    attempts: int
+    cost: float
+    wall_time: float
+    violations: list[Violation]
+
+
+class _Interrupted(Exception):
+    """Leave the solver: the user wants to stop."""
+
+
+class _Watch:
+    """Follow a program through its evaluations: count, keep the best, tell, stop on request."""
+
+    def __init__(self, program: GaitProgram, tell: Callable[[Iterate], None] | None) -> None:
+        self.program, self.tell = program, tell
+        self.started = time.perf_counter()
+        self.stage = "posture"
+        self.count = self.attempts = 0
+        self.best: Iterate | None = None
+        self.stop = False
+
+    @property
+    def elapsed(self) -> float:
+        return time.perf_counter() - self.started
+
+    def __call__(self, free: FloatArray) -> None:
+        if self.stop:
+            raise _Interrupted
+        self.count += 1
+        cost = self.program.cost(free)[0]
+        worst = max(self.program.violations(free), key=lambda violation: violation.value)
+        now = Iterate(self.stage, self.count, self.elapsed, cost, worst, free.copy())
+        if self.best is None or _rank(now) < _rank(self.best):
+            self.best = now
+        if self.tell:
+            self.tell(now)
+
+
+def solve(
+    program: GaitProgram,
+    solver: str = "snopt",
+    start: FloatArray | None = None,
+    tell: Callable[[Iterate], None] | None = None,
+) -> Solution:
+    """Solve a program.
+
+    Parameters
+    ----------
+    program : GaitProgram
+    solver : str
+        ``snopt`` or ``ipopt``.
+    start : (m * 55,) array, optional
+        Free control points to start from; by default the program's own guess, made feasible
+        by the posture stage first.
+    tell : function, optional
+        Is given every evaluated point.
+
+    Returns
+    -------
+    Solution
+        Also when the solver fails or is interrupted (Ctrl-C): then with its best point.
+
+    Raises
+    ------
+    ValueError
+        If there is no such solver.
+    """
+    if solver not in SOLVERS:
+        raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
+    watch = _Watch(program, tell)
+    program.observe, program.evaluations = watch, 0
+    try:
+        with _interruptible(watch):
+            return _stages(program, solver, start, watch)
+    finally:
+        program.observe = None
+
+
+def _stages(program: GaitProgram, solver: str, start: FloatArray | None, watch: _Watch) -> Solution:
+    starts = iter([start]) if start is not None else _postures(program, solver, watch)
+    try:
+        for posture in starts:
+            watch.stage, watch.attempts = "torque", watch.attempts + 1
+            free, solved, status = _run(program.prog, solver, posture, {})
+            if solved:
+                break
+    except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
+        if not watch.stop:
+            raise
+        if watch.best is None:  # asked to stop before there was anything to keep
+            raise KeyboardInterrupt from None
+        free, solved, status = watch.best.free, False, "interrupted"
+    return _solution(program, solver, (free, solved, status), watch)
+
+
+def _postures(program: GaitProgram, solver: str, watch: _Watch) -> Iterator[FloatArray]:
+    """Yield feasible posture paths to start from, one for each attempt."""
+    guess = program.guess()
+    for nearness, gentleness in _ATTEMPTS:
+        watch.stage = "posture"
+        posture = program.posture_program(guess, nearness, gentleness)
+        yield _run(posture, solver, guess, _POSTURE_OPTIONS[solver])[0]
+
+
+def _run(
+    prog: MathematicalProgram, solver: str, start: FloatArray, changes: dict[str, Any]
+) -> tuple[FloatArray, bool, str]:
+    """Return the point a solver ends at, whether it is content, and what it says."""
+    engine = SnoptSolver() if solver == "snopt" else IpoptSolver()
+    options = SolverOptions()
+    for name, value in {**_OPTIONS[solver], **changes}.items():
+        options.SetOption(engine.solver_id(), name, value)
+    result = engine.Solve(prog, start, options)
+    details = result.get_solver_details()
+    status = _snopt_status(details.info) if solver == "snopt" else details.ConvertStatusToString()
+    return result.GetSolution(prog.decision_variables()), result.is_success(), status
+
+
+def _snopt_status(info: int) -> str:
+    return f"{info}: {_SNOPT_STATUS.get(info, 'see the manual of SNOPT')}"
+
+
+def _solution(
+    program: GaitProgram, solver: str, end: tuple[FloatArray, bool, str], watch: _Watch
+) -> Solution:
+    free, solved, status = end
+    wall_time, iterations = watch.elapsed, watch.count
+    program.observe = None
+    violations, (cost, _) = program.violations(free), program.cost(free)
+    feasible = max(violation.value for violation in violations) <= FEASIBLE
+    if not feasible and watch.best is not None and watch.best.feasible:
+        free, cost = watch.best.free, watch.best.cost
+        violations = program.violations(free)
+    return Solution(
+        program.gait(free, solver=solver, status=status, cost=cost, wall_time_s=wall_time),
+        solved and feasible,
+        status == "interrupted",
+        solver,
+        status,
+        iterations,
+        program.evaluations,
+        watch.attempts,
+        cost,
+        wall_time,
+        violations,
+    )
+
+
+def _rank(iterate: Iterate) -> tuple[float, float]:
+    """Return what is smaller for a better iterate: violation first, then cost."""
+    return max(iterate.worst.value, FEASIBLE), iterate.cost
+
+
+@contextmanager
+def _interruptible(watch: _Watch) -> Iterator[None]:
+    """Let Ctrl-C stop the solver at its next evaluation instead of killing the process."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def ask_to_stop(*_: object) -> None:
+        watch.stop = True
+
+    before = signal.signal(signal.SIGINT, ask_to_stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,0 +1,127 @@
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+from walks import scenario
+
+from human_gait import bspline
+from human_gait.bspline import Basis, expand, fold
+from human_gait.gait import Gait
+from human_gait.program import bspline_trajectory
+from human_gait.skeleton import N_DOF, index, mirror
+
+T, L = 0.55, 0.66
+BASES = {
+    "six control points": Basis.uniform(T, 6),
+    "nine control points": Basis.uniform(T, 9),
+    "uneven pieces": Basis(T * np.array([0.0, 0.08, 0.3, 0.45, 0.8, 1.0])),
+}
+TIMES = np.linspace(0.0, T, 41)
+
+
+@pytest.fixture(params=BASES.values(), ids=BASES)
+def basis(request):
+    return request.param
+
+
+def random_free(basis, seed=0):
+    return np.random.default_rng(seed).normal(size=(basis.n_free, N_DOF))
+
+
+def test_there_are_as_many_functions_as_asked_for():
+    for n in (6, 7, 12):
+        basis = Basis.uniform(T, n)
+        assert (basis.n_control_points, basis.n_free) == (n, n - bspline.WRAPPED)
+        assert basis.matrix(TIMES).shape == (len(TIMES), n)
+        assert len(basis.knots) == n + bspline.DEGREE + 1
+
+
+def test_the_functions_add_up_to_one_and_are_not_negative(basis):
+    """With this the control points' hull holds the curve: joint limits bound them (Eq. 19)."""
+    N = basis.matrix(TIMES)
+    np.testing.assert_allclose(N.sum(axis=1), 1.0, atol=1e-14)
+    assert N.min() >= -1e-16
+    assert np.count_nonzero(N > 1e-15, axis=1).max() <= bspline.DEGREE + 1
+
+
+def test_derivatives_are_the_slopes_of_the_functions(basis):
+    """Central differences with 1e-5 s: their error is 1e-10 N''' and the rounding 1e-11."""
+    h, inside = 1e-5, TIMES[1:-1]
+    inside = inside[np.abs(inside[:, None] - basis.breaks).min(axis=1) > h]
+    for order in (1, 2):
+        after, before = (basis.matrix(inside + s * h, order - 1) for s in (1, -1))
+        slope, found = (after - before) / (2 * h), basis.matrix(inside, order)
+        np.testing.assert_allclose(found, slope, atol=1e-6 * np.abs(found).max())
+
+
+@pytest.mark.parametrize("order", range(3))
+def test_the_end_of_the_step_mirrors_its_start_for_any_free_control_points(basis, order):
+    """Eq. (26) for posture, velocity and acceleration; 1e-13 of the largest is rounding."""
+    first, last = basis.matrix(np.array([0.0, T]), order) @ expand(random_free(basis), L)
+    expected = mirror(first)
+    if order == 0:
+        expected[index("pelvis_tz")] += L
+    np.testing.assert_allclose(last, expected, atol=1e-13 * np.abs(last).max())
+
+
+def test_expanded_control_points_are_the_free_ones_and_their_mirror_images(basis):
+    free = random_free(basis)
+    P = expand(free, L)
+    np.testing.assert_array_equal(P[: basis.n_free], free)
+    advanced = mirror(free[:3])
+    advanced[:, index("pelvis_tz")] += L
+    np.testing.assert_array_equal(P[basis.n_free :], advanced)
+
+
+def test_folding_is_the_adjoint_of_expanding(basis):
+    """<g, dP> of all control points equals <fold(g), d free> of the free ones."""
+    rng = np.random.default_rng(1)
+    g = rng.normal(size=(5, basis.n_control_points, N_DOF))
+    change = rng.normal(size=(basis.n_free, N_DOF))
+    moved = expand(change, L) - expand(np.zeros_like(change), L)
+    whole, folded = np.sum(g * moved, axis=(1, 2)), np.sum(fold(g) * change, axis=(1, 2))
+    np.testing.assert_allclose(folded, whole, atol=1e-12 * np.abs(g).sum())
+
+
+def test_folding_leaves_its_argument_alone(basis):
+    g = np.ones((2, basis.n_control_points, N_DOF))
+    fold(g)
+    np.testing.assert_array_equal(g, 1.0)
+
+
+@pytest.mark.parametrize("order", range(3))
+def test_the_design_matrix_is_linear_in_the_free_control_points(basis, order):
+    change = random_free(basis, seed=2)
+    moved = basis.matrix(TIMES[::8], order) @ (expand(change, L) - expand(0 * change, L))
+    found = basis.design(TIMES[::8], order) @ change.ravel()
+    np.testing.assert_allclose(found, moved.ravel(), atol=1e-12 * np.abs(moved).max())
+
+
+def test_a_spline_is_fitted_exactly(basis):
+    """1e-9: the least squares of a few hundred equations lose some of the sixteen digits."""
+    free = random_free(basis)
+    fitted = basis.fit(TIMES, basis.matrix(TIMES) @ expand(free, L), L)
+    np.testing.assert_allclose(fitted, free, atol=1e-9)
+
+
+def test_the_knots_go_on_periodically(basis):
+    np.testing.assert_allclose(basis.knots[3:-3], basis.breaks)
+    spacing = np.diff(basis.knots)
+    m = basis.n_free
+    np.testing.assert_allclose(spacing[m : m + 3], spacing[:3], atol=1e-15)
+
+
+@pytest.mark.parametrize("order", range(3))
+def test_a_drake_trajectory_is_the_same_motion(basis, order):
+    """Rounding: Drake evaluates by de Boor, scipy by the basis functions."""
+    gait = Gait(scenario(L / T, L), basis.breaks, expand(random_free(basis), L))
+    trajectory = bspline_trajectory(gait)
+    assert (trajectory.start_time(), trajectory.end_time()) == (0.0, pytest.approx(T))
+    expected = basis.matrix(TIMES[:-1], order) @ gait.control_points
+    found = [trajectory.EvalDerivative(t, order)[:, 0] for t in TIMES[:-1]]
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+
+
+def test_basis_functions_are_scipys(basis):
+    for j in (0, 2, basis.n_control_points - 1):
+        alone = BSpline.basis_element(basis.knots[j : j + 5], extrapolate=False)
+        np.testing.assert_allclose(np.nan_to_num(alone(TIMES[:-1])), basis.matrix(TIMES[:-1])[:, j])

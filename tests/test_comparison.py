@@ -1,0 +1,155 @@
+import csv
+import json
+
+import numpy as np
+import pytest
+from rich.console import Console
+from test_reference import as_cycle, by_name
+
+from human_gait.comparison import compare_folder, compare_to_folder
+from human_gait.exceptions import ResultError
+from human_gait.gait_cycle import COLUMNS, PERCENT
+from human_gait.plots_compare import PANELS, compare_figure
+from human_gait.reference import references_near
+
+SUMMARY = {"walking_speed_m_per_s": 1.2, "step_length_m": 0.66, "body_mass_kg": 78.4}
+
+
+def person():
+    """The gait cycle of the person measured by Falisse."""
+    source = as_cycle(by_name("falisse2019_subject1"))
+    return {"gait_cycle_percent": PERCENT, "trunk_flexion_deg": np.zeros(101)} | source
+
+
+def write(folder, summary=SUMMARY, cycle=None, columns=COLUMNS):
+    cycle = person() if cycle is None else cycle
+    table = np.column_stack([cycle[column] for column in columns])
+    np.savetxt(
+        folder / "gait_cycle.csv", table, delimiter=",", header=",".join(columns), comments=""
+    )
+    text = summary if isinstance(summary, str) else json.dumps(summary)
+    (folder / "summary.json").write_text(text)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    folder = write(tmp_path_factory.mktemp("result"))
+    return folder, compare_to_folder(folder)
+
+
+def test_a_measured_person_walks_like_himself(tmp_path):
+    comparison = compare_folder(write(tmp_path))
+    own = [s for s in comparison.scores if s.reference == "falisse2019_subject1"]
+    assert len(own) == len(COLUMNS) - 2
+    assert min(s.r for s in own) > 0.995
+    assert (comparison.speed, comparison.step_length) == (1.2, 0.66)
+
+
+def test_other_people_walk_alike(tmp_path):
+    """Two laboratories and two people agree in what the goals of a prediction are made of."""
+    others = {
+        (s.reference, s.curve): s.r
+        for s in compare_folder(write(tmp_path)).scores
+        if s.reference != "falisse2019_subject1"
+    }
+    assert others["fukuchi2018_treadmill_1p26", "knee_flexion_deg"] > 0.95
+    assert others["fukuchi2018_treadmill_1p26", "hip_flexion_deg"] > 0.95
+    assert others["fukuchi2018_subject04_1p30", "vertical_up_BW"] > 0.9
+    assert others["fukuchi2018_subject04_1p30", "foreaft_forward_BW"] > 0.9
+
+
+@pytest.mark.parametrize("width", [80, 140])
+def test_the_table_has_a_row_for_each_score(result, width):
+    _, table = result
+    assert table.row_count == 17 + 3 + 3 + 3
+    console = Console(width=width)
+    with console.capture() as capture:
+        console.print(table)
+    text = capture.get()
+    assert "knee" in text
+    assert "95 %" in text
+    assert max(map(len, text.splitlines())) <= width
+    assert "…" not in text
+
+
+def test_the_files_hold_the_same_scores(result):
+    folder, _ = result
+    stored = json.loads((folder / "compare.json").read_text())
+    rows = list(csv.DictReader((folder / "compare.csv").read_text().splitlines()))
+    assert len(rows) == len(stored["scores"]) == 23
+    for row, score in zip(rows, stored["scores"], strict=True):
+        assert (row["reference"], row["curve"]) == (score["reference"], score["curve"])
+        assert float(row["rmse"]) == score["rmse"]
+        assert float(row["measured_greatest"]) == score["measured_range"][1]
+    assert [step["name"] for step in stored["step"]] == ["step length", "cadence", "double support"]
+    assert all(source["citation"] and source["licence"] for source in stored["references"])
+
+
+def test_the_plot_is_a_picture(result):
+    folder, _ = result
+    assert (folder / "compare.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_plot_shows_every_column_with_its_unit_over_the_measured_ones():
+    cycle, measured = person(), references_near(1.2)
+    figure = compare_figure(cycle, measured)
+    columns = [column for row in PANELS for column in row]
+    assert sorted(columns) == sorted(COLUMNS[1:])
+    for ax, column in zip(figure.axes, columns, strict=True):
+        curves = [source.curves[column] for source in measured if column in source.curves]
+        lines = [line for line in ax.get_lines() if line.get_label()[0] != "_"]
+        assert len(lines) == len(curves) + 1
+        assert len(ax.collections) == len(curves)
+        np.testing.assert_array_equal(lines[-1].get_ydata(), cycle[column])
+        assert ax.get_ylabel() in ("[deg]", "[N m/kg]", "[BW]")
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels[0] == "predicted"
+    assert len(labels) == 4
+
+
+def test_a_curve_without_a_correlation_is_null(tmp_path):
+    still = person() | {"elbow_flexion_deg": np.full(101, 20.0)}
+    compare_to_folder(write(tmp_path, cycle=still))
+    stored = json.loads((tmp_path / "compare.json").read_text())
+    assert {s["curve"] for s in stored["scores"] if s["r"] is None} == {"elbow_flexion_deg"}
+
+
+UNUSABLE = {
+    "is not JSON": "{",
+    "walking_speed_m_per_s must be a number": {"step_length_m": 0.66},
+    "step_length_m must be a number": {**SUMMARY, "step_length_m": "0.66"},
+    "walking_speed_m_per_s must be a number above 0": {**SUMMARY, "walking_speed_m_per_s": -1},
+    "must be a number above": "[]",
+    "step_length_m must be": {**SUMMARY, "step_length_m": True},
+    "walking_speed": '{"walking_speed_m_per_s": NaN}',
+}
+
+
+@pytest.mark.parametrize(("complaint", "summary"), UNUSABLE.items(), ids=UNUSABLE)
+def test_an_unusable_summary_is_refused_and_nothing_written(tmp_path, complaint, summary):
+    write(tmp_path, summary)
+    with pytest.raises(ResultError, match=complaint):
+        compare_to_folder(tmp_path)
+    assert not list(tmp_path.glob("compare*"))
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(ResultError, match=r"gait_cycle\.csv: cannot be read"):
+        compare_folder(tmp_path)
+    write(tmp_path)
+    (tmp_path / "summary.json").unlink()
+    with pytest.raises(ResultError, match=r"summary\.json: cannot be read"):
+        compare_folder(tmp_path)
+
+
+def test_a_missing_column_is_named(tmp_path):
+    write(tmp_path, columns=[column for column in COLUMNS if column != "hip_flexion_deg"])
+    with pytest.raises(ResultError, match="no column hip_flexion_deg"):
+        compare_folder(tmp_path)
+
+
+def test_a_walk_without_stance_is_refused(tmp_path):
+    write(tmp_path, cycle=person() | {"vertical_up_BW": np.zeros(101)})
+    with pytest.raises(ResultError, match=r"gait_cycle\.csv: .*does not stand"):
+        compare_folder(tmp_path)

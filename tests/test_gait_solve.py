@@ -1,0 +1,159 @@
+"""Whole solves of the scenarios that come with the package: is it a walk, and like a person's?"""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from walks import scenario
+
+from human_gait.constraints import joint_limits
+from human_gait.gait import load_gait
+from human_gait.gait_cycle import load_gait_cycle
+from human_gait.prediction import predict_to_folder
+from human_gait.program import build_program
+from human_gait.reference import references_near, scores
+from human_gait.scenario import load_scenario
+from human_gait.skeleton import DOF_NAMES
+from human_gait.solver import solve
+from human_gait.verification import verify
+
+pytestmark = [pytest.mark.solve, pytest.mark.xdist_group("solve")]
+
+SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
+FILES = {"gait.npz", "summary.json", "gait_cycle.csv", "playback.html"}
+LEAST_CORRELATION = {"knee_flexion_deg": 0.9, "hip_flexion_deg": 0.9, "ankle_dorsiflexion_deg": 0.5}
+
+
+class Result:
+    """What a prediction has left in its folder."""
+
+    def __init__(self, name, folder):
+        self.folder = folder
+        self.success = predict_to_folder(load_scenario(SCENARIOS / f"{name}.toml"), "snopt", folder)
+        self.summary = json.loads((folder / "summary.json").read_text())
+        self.gait = load_gait(folder)
+        self.cycle = load_gait_cycle(folder / "gait_cycle.csv")
+
+
+@pytest.fixture(scope="session")
+def solved(tmp_path_factory):
+    """Solve each scenario once, when it is first asked for."""
+    results = {}
+
+    def result(name):
+        if name not in results:
+            results[name] = Result(name, tmp_path_factory.mktemp(name))
+        return results[name]
+
+    return result
+
+
+@pytest.fixture(params=["normal", "preferred"])
+def result(request, solved):
+    return solved(request.param)
+
+
+def during(result, first, last):
+    """Rows of the gait cycle between two percentages."""
+    percent = result.cycle["gait_cycle_percent"]
+    return (percent >= first) & (percent <= last)
+
+
+def test_a_walk_is_found(result):
+    assert result.success
+    assert result.summary["success"] is True
+
+
+def test_it_is_found_in_time_with_all_joints_moving(result):
+    """90 s on two free cores are the aim; tests may run beside each other, hence twice that."""
+    assert result.summary["wall_time_s"] < 180.0
+    discretisation = result.gait.scenario.discretisation
+    assert discretisation.control_points >= 6
+    assert discretisation.intervals >= 12
+    lower, upper = joint_limits(result.gait.scenario, DOF_NAMES)
+    assert np.all(lower < upper)
+
+
+def test_every_constraint_is_kept(result):
+    assert max(worst["value"] for worst in result.summary["violations"].values()) < 1e-4
+
+
+def test_every_check_on_the_finer_grid_is_passed(result):
+    assert [check for check in verify(result.gait) if not check.passed] == []
+    assert all(check["passed"] for check in result.summary["checks"].values())
+
+
+def test_all_files_are_written(result):
+    written = {path.name for path in result.folder.iterdir()}
+    assert written >= FILES
+    assert len([name for name in written if name.endswith(".png")]) >= 5
+    assert (result.folder / "playback.html").stat().st_size > 10_000
+
+
+def test_the_trunk_is_upright(result):
+    assert np.abs(result.cycle["trunk_flexion_deg"]).max() < 12.0
+    assert np.abs(result.cycle["pelvis_obliquity_up_deg"]).max() < 12.0
+
+
+def test_the_knee_bends_by_about_60_degrees_in_swing_and_little_in_stance(result):
+    knee = result.cycle["knee_flexion_deg"]
+    swing, single = during(result, 62, 95), during(result, 15, 45)
+    assert 50.0 < knee[swing].max() < 75.0
+    assert knee[single].max() < 40.0
+    assert knee.min() > -1e-6
+
+
+def test_arms_swing_against_the_legs(result):
+    arm, leg = result.cycle["shoulder_flexion_deg"], result.cycle["hip_flexion_deg"]
+    assert np.corrcoef(arm, leg)[0, 1] < -0.5
+    assert np.ptp(arm) > 3.0
+
+
+def test_the_foot_rolls_from_heel_to_toe(result):
+    """The centre of pressure under the left foot moves from behind the ankle to the toes."""
+    gait = result.gait
+    phases, T = gait.plan.phases, gait.step_time
+    forward = gait.instants(np.linspace(0.02, 1.0 + phases.double_support - 0.02, 60) * T)
+    from_heel = forward.cop[:, 1, 2] - gait.plan.footholds[1, 0, 2]
+    length = gait.plan.feet[1].length
+    loaded = forward.grf[:, 1, 1] > 0.05 * gait.plan.weight
+    assert from_heel[loaded][0] < 0.35 * length
+    assert from_heel[loaded][-1] > 0.7 * length
+    assert np.corrcoef(forward.t[loaded], from_heel[loaded])[0, 1] > 0.8
+
+
+def test_the_feet_are_loaded_as_in_walking(result):
+    """The stance foot carries the weight about, no foot pulls, and the swinging one is free."""
+    vertical = result.cycle["vertical_up_BW"]
+    assert vertical.min() >= 0.0
+    assert np.abs(vertical[during(result, 70, 95)]).max() < 1e-9
+    assert 0.5 < vertical[during(result, 15, 45)].min() < vertical.max() < 1.9
+
+
+def test_the_foot_brakes_first_and_pushes_later(result):
+    foreaft = result.cycle["foreaft_forward_BW"]
+    assert foreaft[during(result, 2, 25)].mean() < 0.0
+    assert foreaft[during(result, 35, 58)].mean() > 0.0
+
+
+@pytest.mark.parametrize("curve", LEAST_CORRELATION)
+def test_preferred_walking_moves_like_people(solved, curve):
+    """Every measured mean over the gait cycle; laboratories agree among themselves above 0.95."""
+    result = solved("preferred")
+    found = {
+        reference.name: next(s.r for s in scores(result.cycle, reference) if s.curve == curve)
+        for reference in references_near(1.2)
+        if curve in reference.curves and not reference.stance_only
+    }
+    assert found
+    assert min(found.values()) >= LEAST_CORRELATION[curve], found
+
+
+def test_the_same_scenario_gives_the_same_walk():
+    """To the last digit: nothing in the solve depends on chance or on the clock."""
+    task = scenario(control_points=7)
+    loose = replace(task, tolerances=replace(task.tolerances, contact=0.02, contact_speed=0.5))
+    ends = [solve(build_program(loose)).gait.control_points for _ in range(2)]
+    np.testing.assert_array_equal(*ends)

@@ -1,0 +1,165 @@
+"""Every constraint of the built program, and the cost, against central differences."""
+
+import numpy as np
+import pytest
+from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
+from walks import BACKPACK, central_difference, near_walk, scenario
+
+from human_gait.constraints import paper_constraints
+from human_gait.program import COST_SCALE, build_program
+
+SCENARIOS = {
+    "normal": scenario(step_length=0.7),
+    "female with a backpack": scenario(subject={"sex": "female"}, load=BACKPACK),
+    "six control points": scenario(control_points=6),
+    "nine control points": scenario(control_points=9, dynamics_per_interval=2),
+    "all torques paid, none weighted": scenario(
+        control_points=6, objective={"passive_torques": "none", "weighting": "none"}
+    ),
+    "uneven grid and phases": scenario(
+        control_points=8, intervals=13, phases={"double_support": 0.21, "heel_off": 0.7}
+    ),
+}
+NAMES = [
+    constraint.name
+    for program in [build_program(SCENARIOS["normal"])]
+    for constraint in paper_constraints(program.scenario, program._walker.plan, program.times)
+]
+TOLERANCE = 1e-6  # of the largest slope: rounding leaves about 1e-10 of the values over 1e-6
+
+
+class Problem:
+    """A program, a point near a walk and directions that move every control point."""
+
+    def __init__(self, task):
+        self.program = build_program(task)
+        self.free = near_walk(self.program)
+        self.directions = self._directions()
+
+    def _directions(self):
+        n = len(self.free)
+        if self.program.basis.n_free == 3:
+            return np.eye(n)
+        dense = np.random.default_rng(1).normal(size=(n, 6))
+        single = np.eye(n)[:, np.random.default_rng(2).choice(n, 60, replace=False)]
+        return np.hstack([dense, single])
+
+    def by_name(self, name):
+        return next(c for c in self.program.constraints if c.name == name)
+
+    def all_rows(self, free):
+        """All residuals and the cost, one after the other."""
+        rows = [self.program.residual(c, free)[0] for c in self.program.constraints]
+        return np.concatenate([*rows, [self.program.cost(free)[0]]])
+
+
+PARAMETERS = [  # tests of one scenario stay on one worker, which computes its differences once
+    pytest.param(task, id=name, marks=pytest.mark.xdist_group(f"jacobians, {name}"))
+    for name, task in SCENARIOS.items()
+]
+
+
+@pytest.fixture(params=PARAMETERS, scope="module")
+def problem(request):
+    return Problem(request.param)
+
+
+@pytest.fixture(scope="module")
+def slopes(problem):
+    """Central differences of every constraint by name, and of the cost."""
+    found = central_difference(problem.all_rows, problem.free, problem.directions)
+    ends = np.cumsum([len(c.lower) for c in problem.program.constraints])
+    names = [*(c.name for c in problem.program.constraints), "cost"]
+    return dict(zip(names, np.split(found, ends), strict=True))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_gradients_of_constraints(problem, slopes, name):
+    value, jacobian = problem.program.residual(problem.by_name(name), problem.free)
+    assert jacobian.shape == (len(value), len(problem.free))
+    assert worst(jacobian @ problem.directions, slopes[name]) < TOLERANCE
+
+
+def test_gradient_of_the_cost(problem, slopes):
+    _, gradient = problem.program.cost(problem.free)
+    assert worst(gradient @ problem.directions, slopes["cost"][0]) < TOLERANCE
+
+
+def test_every_constraint_is_held_against_differences(slopes):
+    assert set(slopes) == {*NAMES, "cost"}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_sparsity_pattern_covers_the_jacobian(problem, name):
+    constraint = problem.by_name(name)
+    pattern = problem.program.pattern(constraint)
+    for seed in range(3):
+        free = near_walk(problem.program, seed)
+        _, jacobian = problem.program.residual(constraint, free)
+        assert np.all(pattern | (jacobian == 0.0))
+
+
+@pytest.mark.parametrize("name", ["contact position", "soft impact", "arm-leg coupling"])
+def test_the_sparsity_pattern_is_sparse(problem, name):
+    """A foot hangs on 13 of 55 DOF, an arm-leg product on 2: most entries are empty."""
+    pattern = problem.program.pattern(problem.by_name(name))
+    assert pattern.mean() < 0.5
+
+
+def test_the_solver_gets_the_pattern(problem):
+    for constraint, binding in bindings(problem):
+        if not constraint.linear:
+            rows, columns = np.nonzero(problem.program.pattern(constraint))
+            given = binding.evaluator().gradient_sparsity_pattern()
+            assert given == list(zip(rows, columns, strict=True))
+
+
+def test_drake_evaluates_values_and_gradients(problem):
+    for constraint, binding in bindings(problem):
+        x = InitializeAutoDiff(problem.free)
+        found = binding.evaluator().Eval(x)
+        value, jacobian = problem.program.residual(constraint, problem.free)
+        if constraint.linear:
+            value = jacobian @ problem.free
+        np.testing.assert_allclose(ExtractValue(found).ravel(), value, atol=1e-12)
+        np.testing.assert_allclose(ExtractGradient(found), jacobian, atol=1e-12)
+        plain = problem.program.prog.EvalBinding(binding, problem.free)
+        np.testing.assert_allclose(plain, value, atol=1e-12)
+
+
+def test_drake_evaluates_the_scaled_cost(problem):
+    (binding,) = problem.program.prog.generic_costs()
+    cost, gradient = problem.program.cost(problem.free)
+    found = binding.evaluator().Eval(InitializeAutoDiff(problem.free))
+    assert ExtractValue(found).item() == pytest.approx(COST_SCALE * cost, rel=1e-13)
+    expected = COST_SCALE * gradient
+    np.testing.assert_allclose(ExtractGradient(found)[0], expected, rtol=1e-12, atol=1e-15)
+    plain = problem.program.prog.EvalBinding(binding, problem.free)
+    assert plain.item() == pytest.approx(COST_SCALE * cost, rel=1e-13)
+
+
+@pytest.mark.parametrize("n_seeds", [1, 3])
+def test_drake_may_differentiate_along_any_seed(problem, n_seeds):
+    """The chain rule d/ds = J dx/ds, for any number of seeds."""
+    seed = np.random.default_rng(4).normal(size=(len(problem.free), n_seeds))
+    x = InitializeAutoDiff(problem.free, seed)
+    for constraint, binding in bindings(problem):
+        _, jacobian = problem.program.residual(constraint, problem.free)
+        found = ExtractGradient(binding.evaluator().Eval(x))
+        scale = max(np.abs(jacobian).max(), 1.0)
+        np.testing.assert_allclose(found, jacobian @ seed, atol=1e-11 * scale)
+    (cost,) = problem.program.prog.generic_costs()
+    expected = COST_SCALE * problem.program.cost(problem.free)[1] @ seed
+    found = ExtractGradient(cost.evaluator().Eval(x))[0]
+    np.testing.assert_allclose(found, expected, rtol=1e-11)
+
+
+def bindings(problem):
+    """Our constraints with those of Drake, in order."""
+    prog, constraints = problem.program.prog, problem.program.constraints
+    linear, generic = (iter(b) for b in (prog.linear_constraints(), prog.generic_constraints()))
+    return [(c, next(linear) if c.linear else next(generic)) for c in constraints]
+
+
+def worst(found, slopes):
+    return np.abs(found - slopes).max() / np.abs(slopes).max()

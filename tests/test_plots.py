@@ -1,0 +1,121 @@
+import sys
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from PIL import Image
+from walking import guessed_gait
+
+from human_gait import plots
+from human_gait.gait_cycle import gait_cycle
+from human_gait.plots import PLOTS, half_a_cycle_later, project, save_plots, stick_figures
+from human_gait.skeleton import GRAVITY
+
+GAIT = guessed_gait()
+CYCLE = gait_cycle(GAIT)
+
+
+@pytest.fixture(scope="module")
+def figures():
+    return {name: draw(GAIT) for name, draw in PLOTS.items()}
+
+
+def curves(ax):
+    """The lines over the gait cycle, without those that mark phases."""
+    return [line.get_ydata() for line in ax.get_lines() if len(line.get_xdata()) == 101]
+
+
+def test_every_picture_is_written_large_and_not_empty(tmp_path):
+    save_plots(GAIT, tmp_path / "new")
+    for name in ("stick_diagram", "joint_torques", "joint_angles", "ground_reaction", "zmp"):
+        with Image.open(tmp_path / "new" / f"{name}.png") as picture:
+            assert picture.width >= 1200
+            assert len(picture.convert("L").getcolors()) > 10
+
+
+def test_drawing_leaves_no_trace_in_matplotlib(tmp_path):
+    before = dict(mpl.rcParams)
+    save_plots(GAIT, tmp_path)
+    assert dict(mpl.rcParams) == before
+    assert "human_gait.plots" in sys.modules
+    assert not hasattr(plots, "pyplot")
+
+
+def test_every_axis_has_a_unit(figures):
+    for name in ("joint_torques", "ground_reaction", "zmp"):
+        axes = figures[name].axes
+        assert all("[" in ax.get_ylabel() for ax in axes), name
+        assert "[" in axes[-1].get_xlabel(), name
+    assert "[%]" in figures["joint_angles"].get_supxlabel()
+    assert "[deg]" in figures["joint_angles"].get_supylabel()
+    assert figures["stick_diagram"].axes[0].texts[-1].get_text().endswith(" m")
+
+
+def test_torques_are_those_of_the_gait_cycle(figures):
+    drawn = [curves(ax)[0] for ax in figures["joint_torques"].axes]
+    for values, joint in zip(
+        drawn, ("hip_extens", "knee_extens", "ankle_plantarflex"), strict=True
+    ):
+        np.testing.assert_array_equal(values, CYCLE[f"{joint}ion_Nm_per_kg"])
+
+
+def test_the_second_scale_is_in_newton_metres(figures):
+    ax = figures["joint_torques"].axes[0]
+    (second,) = ax.child_axes
+    figures["joint_torques"].draw_without_rendering()
+    ratio = np.divide(second.get_ylim(), ax.get_ylim())
+    np.testing.assert_allclose(ratio, GAIT.body.subject.mass)
+
+
+def test_all_angles_of_the_gait_cycle_are_drawn(figures):
+    drawn = [curves(ax)[0] for ax in figures["joint_angles"].axes if curves(ax)]
+    expected = [values for name, values in CYCLE.items() if name.endswith("_deg")]
+    assert len(drawn) == len(expected)
+    assert {values.tobytes() for values in drawn} == {values.tobytes() for values in expected}
+
+
+def test_the_feet_carry_the_body_on_average(figures):
+    """In any periodic walk; 2 %: the sampled force jumps where a foot lands or leaves."""
+    right, left = curves(figures["ground_reaction"].axes[0])
+    assert np.mean((right + left)[:-1]) == pytest.approx(1.0, abs=0.02)
+
+
+def test_the_left_foot_does_what_the_right_foot_did_half_a_cycle_before():
+    """Without the ends of the contacts, where the force may jump."""
+    instants = GAIT.instants(GAIT.step_time * (1.0 + np.arange(101) / 50.0))
+    left = instants.grf[:, 1, 1] / (GAIT.body.subject.mass * GRAVITY)
+    same = np.isclose(half_a_cycle_later(CYCLE["vertical_up_BW"]), left, atol=1e-9)
+    assert same.mean() > 0.95
+
+
+def test_phases_are_marked_where_the_scenario_puts_them(figures):
+    both = 50.0 * GAIT.scenario.phases.double_support
+    for name in ("joint_torques", "joint_angles", "ground_reaction"):
+        ax = figures[name].axes[0]
+        spans = sorted(tuple(np.round(p.get_bbox().intervalx, 9)) for p in ax.patches)
+        assert spans == [(0.0, both), (50.0, 50.0 + both)]
+
+
+def test_sticks_keep_their_length():
+    """1e-9 m; the trunk bends and the feet roll over the ball, limbs and hips do not stretch."""
+    sticks = stick_figures(GAIT, GAIT.instants(np.linspace(0.0, 1.0, 7)))
+    for part, points in sticks.items():
+        length = np.linalg.norm(np.diff(points, axis=1), axis=-1)
+        if not part.startswith(("foot", "shoulders")):
+            assert np.ptp(length, axis=0).max() < 1e-9, part
+
+
+def test_legs_and_arms_hang_from_hips_and_shoulders():
+    sticks = stick_figures(GAIT, GAIT.instants([0.1]))
+    for end, side in ((0, "l"), (-1, "r")):
+        np.testing.assert_array_equal(sticks["pelvis"][:, end], sticks[f"leg_{side}"][:, 0])
+        np.testing.assert_array_equal(sticks["shoulders"][:, end], sticks[f"arm_{side}"][:, 0])
+        np.testing.assert_array_equal(sticks[f"leg_{side}"][:, -1], sticks[f"foot_{side}"][:, 0])
+    assert sticks["pelvis"][0, 0, 0] > sticks["pelvis"][0, -1, 0]
+
+
+def test_the_picture_keeps_the_plane_of_walking_and_shifts_the_left_aside():
+    points = np.array([[0.0, 1.5, 0.3], [0.2, 1.5, 0.3]])
+    here, left = project(points)
+    np.testing.assert_array_equal(here, [0.3, 1.5])
+    assert (left > here).all()

@@ -1,0 +1,120 @@
+"""The way from scenario to folder, with solves cut short; `test_gait_solve` lets them finish."""
+
+import json
+from importlib.metadata import version
+
+import numpy as np
+import pytest
+from walks import BACKPACK, scenario
+
+from human_gait import prediction as room
+from human_gait import solver
+from human_gait.exceptions import NoSolutionFound
+from human_gait.gait import load_gait
+from human_gait.gait_cycle import load_gait_cycle
+from human_gait.prediction import predict, predict_to_folder
+
+TASK = scenario(control_points=6, load=BACKPACK)
+KEYS = {
+    *("success", "solver", "solver_status", "wall_time_s", "iterations", "evaluations", "cost"),
+    *("n_variables", "n_constraints", "violations", "walking_speed_m_per_s", "step_length_m"),
+    *("body_mass_kg", "load_kg", "versions"),
+}
+FILES = {"gait.npz", "summary.json", "gait_cycle.csv", "playback.html"}
+
+
+@pytest.fixture(scope="module")
+def cut_short():
+    """Stop each stage of SNOPT after one major iteration."""
+    with pytest.MonkeyPatch.context() as patch:
+        for options in (solver._OPTIONS, solver._POSTURE_OPTIONS):
+            patch.setitem(options, "snopt", options["snopt"] | {"Major iterations limit": 1})
+        yield
+
+
+@pytest.fixture(scope="module")
+def failed(cut_short, tmp_path_factory):  # noqa: ARG001, for its effect
+    """A folder that a failing prediction has left, and whether it took itself for a success."""
+    folder = tmp_path_factory.mktemp("out") / "not yet there"
+    return folder, predict_to_folder(TASK, "snopt", folder)
+
+
+@pytest.fixture(scope="module")
+def summary(failed):
+    return json.loads((failed[0] / "summary.json").read_text())
+
+
+def test_a_solve_that_fails_is_no_success(failed, summary):
+    assert failed[1] is False
+    assert summary["success"] is False
+
+
+def test_a_solve_that_fails_keeps_everything_it_has(failed):
+    folder, _ = failed
+    written = {path.name for path in folder.iterdir()}
+    assert written >= FILES
+    assert len([name for name in written if name.endswith(".png")]) >= 5
+    assert not [name for name in written if name.endswith(".tmp")]
+    gait = load_gait(folder)
+    assert gait.scenario == TASK
+    assert gait.solution["solver"] == "snopt"
+    assert len(load_gait_cycle(folder / "gait_cycle.csv")["knee_flexion_deg"]) == 101
+
+
+def test_the_summary_tells_what_was_solved_and_how(summary):
+    assert set(summary) >= KEYS
+    assert summary["n_variables"] == 3 * 55
+    assert summary["n_constraints"] == room.build_program(TASK).n_constraint_rows
+    assert (summary["body_mass_kg"], summary["load_kg"]) == (78.4, 18.0)
+    assert (summary["walking_speed_m_per_s"], summary["step_length_m"]) == (1.2, 0.66)
+    assert summary["solver"] == "snopt"
+    assert summary["solver_status"].startswith("32")
+    assert 0 < summary["iterations"] <= summary["evaluations"] + 1
+    assert summary["wall_time_s"] > 0.0
+    assert summary["versions"]["drake"] == version("drake")
+
+
+def test_the_summary_has_the_worst_violation_of_every_constraint(summary):
+    names = {constraint.name for constraint in room.build_program(TASK).constraints}
+    assert set(summary["violations"]) == names
+    worst = summary["violations"]["contact position"]
+    assert worst["value"] > TASK.tolerances.contact
+    assert worst["unit"] == "m"
+    assert 0.0 <= worst["time_s"] <= TASK.walk.step_time
+
+
+@pytest.mark.usefixtures("cut_short")
+def test_a_failure_is_explained_and_lines_tell_the_progress(tmp_path, capsys):
+    predict_to_folder(TASK, "snopt", tmp_path)
+    printed = " ".join(capsys.readouterr().out.split())  # however the lines are folded
+    for part in (
+        f"{3 * 55} variables",
+        "posture 1",
+        "cost",
+        "worst:",
+        "FAILED",
+        "found no walk",
+        "not kept:",
+        "contact position (Eq. 20, 21)",
+        "at t = 0.",
+    ):
+        assert part in printed
+
+
+@pytest.mark.usefixtures("cut_short")
+def test_from_python_a_failure_is_an_exception_that_carries_the_gait():
+    with pytest.raises(NoSolutionFound, match="snopt stopped: 32") as caught:
+        predict(TASK)
+    assert caught.value.gait.scenario == TASK
+    assert np.all(np.isfinite(caught.value.gait.control_points))
+    assert {v.name for v in caught.value.report} >= {"contact position", "ZMP stability"}
+
+
+def test_the_folder_is_made_only_when_there_is_something_to_keep(tmp_path, monkeypatch):
+    def fail(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(room, "solve", fail)
+    with pytest.raises(KeyboardInterrupt):
+        predict_to_folder(TASK, "snopt", tmp_path / "out")
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,338 @@
+"""The quick parts: options, interruption, what is told and kept. `test_gait_solve` solves."""
+
+import signal
+import threading
+
+import numpy as np
+import pytest
+from pydrake.solvers import MathematicalProgram
+from walks import near_walk, scenario
+
+from human_gait import solver as room
+from human_gait.program import build_program
+from human_gait.skeleton import BRANCHES, DOF_NAMES
+from human_gait.solver import FEASIBLE, SOLVERS, solve
+
+LIMIT = {"snopt": "Major iterations limit", "ipopt": "max_iter"}
+OPTIMALITY = {"snopt": "Major optimality tolerance", "ipopt": "tol"}
+LIMIT_REACHED = {"snopt": "32", "ipopt": "Max iteration exceeded"}
+
+
+@pytest.fixture(params=SOLVERS)
+def solver(request):
+    return request.param
+
+
+def small_problem():
+    """Legs, pelvis and swinging arms; the rest is frozen."""
+    moving = ("virtual", "right_leg", "left_leg")
+    held = [DOF_NAMES[i] for branch in set(BRANCHES) - set(moving) for i in BRANCHES[branch]]
+    frozen = [name for name in held if not name.startswith(("shoulder_flexion", "elbow"))]
+    return build_program(scenario(control_points=6, limits={"frozen": frozen}))
+
+
+@pytest.fixture
+def program():
+    return small_problem()
+
+
+@pytest.fixture
+def short(monkeypatch):
+    """Stop each stage after a few iterations."""
+
+    def limit(iterations):
+        for name in SOLVERS:
+            change = {LIMIT[name]: iterations}
+            for options in (room._OPTIONS, room._POSTURE_OPTIONS):
+                monkeypatch.setitem(options, name, options[name] | change)
+
+    return limit
+
+
+class Valley:
+    """Rosenbrock's curved valley with the circle of radius 1 as a limit; counts evaluations."""
+
+    def __init__(self):
+        self.evaluations = 0
+        self.prog = MathematicalProgram()
+        x = self.prog.NewContinuousVariables(2)
+        self.prog.AddCost(self.height, x)
+        self.prog.AddConstraint(lambda x: [x[0] ** 2 + x[1] ** 2], [-np.inf], [1.0], x)
+
+    def height(self, x):
+        self.evaluations += 1
+        return 100.0 * (x[1] - x[0] ** 2) ** 2 + (1.0 - x[0]) ** 2
+
+    def run(self, solver, **changes):
+        names = {"limit": LIMIT[solver], "optimality": OPTIMALITY[solver]}
+        given = {names.get(key, key.replace("_", " ")): value for key, value in changes.items()}
+        return room._run(self.prog, solver, np.array([-0.9, 0.2]), given)
+
+
+def test_our_options_are_accepted(solver):
+    """A solver that is content has understood them: see the next test."""
+    for changes in ({}, room._POSTURE_OPTIONS[solver]):
+        x, solved, _ = room._run(Valley().prog, solver, np.array([-0.9, 0.2]), changes)
+        assert solved
+        np.testing.assert_allclose(x, [0.786, 0.618], atol=1e-2)  # by hand, on the circle
+
+
+def test_ipopt_refuses_an_option_that_does_not_exist():
+    with pytest.raises(RuntimeError, match="no_such_option"):
+        room._run(Valley().prog, "ipopt", np.zeros(2), {"no_such_option": 3})
+
+
+def test_our_options_of_snopt_are_in_its_manual():
+    """SNOPT passes over a name that it does not know."""
+    Valley().run("snopt", no_such_option=3)
+    ours = {name for table in (room._OPTIONS, room._POSTURE_OPTIONS) for name in table["snopt"]}
+    assert ours <= MANUAL
+
+
+MANUAL = {  # Gill, Murray, Saunders, Wong: User's Guide for SNOPT 7, optional parameters
+    "Check frequency",
+    "Crash option",
+    "Elastic weight",
+    "Expand frequency",
+    "Factorization frequency",
+    "Function precision",
+    "Hessian flush",
+    "Hessian frequency",
+    "Hessian updates",
+    "Infinite bound",
+    "Iterations limit",
+    "Linesearch tolerance",
+    "Major feasibility tolerance",
+    "Major iterations limit",
+    "Major optimality tolerance",
+    "Major step limit",
+    "Minor feasibility tolerance",
+    "Minor iterations limit",
+    "New superbasics limit",
+    "Penalty parameter",
+    "Proximal point method",
+    "Reduced Hessian dimension",
+    "Scale option",
+    "Scale tolerance",
+    "Superbasics limit",
+    "Time limit",
+    "Unbounded objective",
+    "Unbounded step size",
+    "Verify level",
+    "Violation limit",
+}
+
+
+def test_the_iteration_limit_takes_effect(solver):
+    _, solved, status = Valley().run(solver, limit=1)
+    assert not solved
+    assert LIMIT_REACHED[solver] in status
+
+
+def test_the_optimality_tolerance_takes_effect(solver):
+    strict, loose = Valley(), Valley()
+    strict.run(solver, optimality=1e-6)
+    loose.run(solver, optimality=10.0)
+    assert loose.evaluations < strict.evaluations
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "status"),
+    [("Iterations limit", 1, "31"), ("Superbasics limit", 1, "33")],
+)
+def test_other_limits_of_snopt_take_effect(name, value, status):
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(4)
+    prog.AddCost(lambda x: sum((x - 1.0) ** 4) + x[0] * x[1] * x[2] * x[3], x)
+    prog.AddConstraint(lambda x: [x.dot(x)], [-np.inf], [9.0], x)
+    prog.AddLinearConstraint(x[0] + x[1] + x[2] >= 1.0)
+    _, solved, found = room._run(prog, "snopt", np.zeros(4), {name: value})
+    assert not solved
+    assert found.startswith(status)
+
+
+def test_the_feasibility_tolerance_takes_effect(solver):
+    name = {"snopt": "Major feasibility tolerance", "ipopt": "constr_viol_tol"}[solver]
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(1)
+    prog.AddConstraint(lambda x: [x[0] ** 3], [8.0], [8.0], x)
+    ends = [
+        room._run(prog, solver, np.array([5.0]), {name: tolerance, **loose})[0].item()
+        for tolerance, loose in ((1e-10, {OPTIMALITY[solver]: 1e-10}), (0.1, {}))
+    ]
+    assert abs(ends[0] - 2.0) < abs(ends[1] - 2.0)
+
+
+def test_bounds_are_kept_to_the_last_digit(solver):
+    """Joint limits are never exceeded, not even by the 1e-8 that IPOPT relaxes bounds by."""
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2)
+    prog.AddBoundingBoxConstraint(0.0, 0.7, x)
+    prog.AddCost(lambda x: (x[0] - 2.0) ** 2 + (x[1] + 1.0) ** 2, x)
+    end, _, _ = room._run(prog, solver, np.array([0.3, 0.3]), {})
+    assert np.all((end >= 0.0) & (end <= 0.7))
+    np.testing.assert_allclose(end, [0.7, 0.0], atol=1e-2)
+
+
+def test_an_unknown_solver_is_refused(program):
+    with pytest.raises(ValueError, match="choose one of snopt, ipopt"):
+        solve(program, "simplex")
+
+
+def test_a_solve_that_runs_out_of_iterations_says_so_and_keeps_what_it_has(program, solver, short):
+    short(1)
+    solution = solve(program, solver)
+    assert not solution.converged
+    assert not solution.interrupted
+    assert LIMIT_REACHED[solver] in solution.status
+    assert (solution.solver, solution.gait.solution["solver"]) == (solver, solver)
+    assert max(violation.value for violation in solution.violations) > FEASIBLE
+    assert {v.name for v in solution.violations} == {c.name for c in program.constraints}
+    assert np.all(np.isfinite(solution.gait.control_points))
+    assert solution.cost == pytest.approx(program.cost(free_of(solution.gait))[0])
+
+
+def free_of(gait):
+    """The free control points of a gait, flat."""
+    return gait.control_points[: gait.basis.n_free].ravel()
+
+
+def test_every_evaluated_point_is_told_once(program, solver, short):
+    short(2)
+    told = []
+    solution = solve(program, solver, tell=told.append)
+    assert [now.number for now in told] == list(range(1, len(told) + 1))
+    assert solution.iterations == len(told)
+    stages = [now.stage for now in told]
+    turns = [stage for i, stage in enumerate(stages) if i == 0 or stage != stages[i - 1]]
+    assert turns == ["posture", "torque"] * solution.attempts
+    assert np.all(np.diff([now.elapsed for now in told]) > 0.0)
+    shared = 2 * solution.attempts  # the guess, and where posture ends and torque starts
+    assert len({now.free.tobytes() for now in told}) >= len(told) - shared
+    for now in told[::3]:
+        assert now.cost == pytest.approx(program.cost(now.free)[0])
+        assert now.worst.value == max(v.value for v in program.violations(now.free))
+
+
+def test_a_start_makes_the_posture_stage_unnecessary(program, short):
+    short(1)
+    told, start = [], near_walk(program)
+    solve(program, start=start, tell=told.append)
+    assert {now.stage for now in told} == {"torque"}
+    limits = (np.tile(limit, program.basis.n_free) for limit in program.limits)
+    # SNOPT first moves to the nearest point that keeps the linear constraints: the knee at 60 deg
+    moved = np.abs(told[0].free - np.clip(start, *limits)) > 1e-9
+    assert np.count_nonzero(moved) < 5
+
+
+def test_the_same_start_leads_to_the_same_gait(solver, short):
+    short(2)
+    ends = [solve(small_problem(), solver) for _ in range(2)]
+    np.testing.assert_array_equal(ends[0].gait.control_points, ends[1].gait.control_points)
+    assert ends[0].iterations == ends[1].iterations
+
+
+class Interrupt:
+    """Presses Ctrl-C at the n-th point told; remembers the points."""
+
+    def __init__(self, n):
+        self.n, self.told = n, []
+
+    def __call__(self, now):
+        self.told.append(now)
+        if now.number == self.n:
+            signal.raise_signal(signal.SIGINT)
+
+    def best(self):
+        return min(self.told, key=lambda now: (max(now.worst.value, FEASIBLE), now.cost))
+
+
+@pytest.mark.parametrize("n", [1, 4])
+def test_ctrl_c_returns_the_best_point_so_far(program, solver, n):
+    handler, interrupt = signal.getsignal(signal.SIGINT), Interrupt(n)
+    solution = solve(program, solver, tell=interrupt)
+    assert solution.interrupted
+    assert not solution.converged
+    assert solution.status == "interrupted"
+    assert len(interrupt.told) == n
+    np.testing.assert_array_equal(free_of(solution.gait), interrupt.best().free)
+    assert signal.getsignal(signal.SIGINT) is handler
+    assert program.observe is None
+
+
+def test_ctrl_c_works_in_the_torque_stage_too(program, solver):
+    interrupt = Interrupt(3)
+    solution = solve(program, solver, near_walk(program), tell=interrupt)
+    assert solution.interrupted
+    assert {now.stage for now in interrupt.told} == {"torque"}
+    np.testing.assert_array_equal(free_of(solution.gait), interrupt.best().free)
+
+
+def test_ctrl_c_between_the_stages_keeps_the_posture(program, monkeypatch, short):
+    short(2)
+    run, interrupt = room._run, Interrupt(-1)
+
+    def run_and_press(prog, *arguments):
+        result = run(prog, *arguments)
+        if prog is not program.prog:
+            signal.raise_signal(signal.SIGINT)
+        return result
+
+    monkeypatch.setattr(room, "_run", run_and_press)
+    solution = solve(program, tell=interrupt)
+    assert solution.interrupted
+    np.testing.assert_array_equal(free_of(solution.gait), interrupt.best().free)
+
+
+def test_ctrl_c_before_the_first_point_stops_like_any_program(program, monkeypatch):
+    guess = program.guess
+
+    def press():
+        signal.raise_signal(signal.SIGINT)
+        return guess()
+
+    monkeypatch.setattr(program, "guess", press)
+    with pytest.raises(KeyboardInterrupt):
+        solve(program)
+    assert program.observe is None
+
+
+def test_a_mistake_in_what_is_told_is_not_taken_for_an_interruption(program, solver):
+    handler = signal.getsignal(signal.SIGINT)
+
+    def fail(_):
+        raise ZeroDivisionError("a mistake")
+
+    with pytest.raises((ZeroDivisionError, RuntimeError), match="a mistake"):
+        solve(program, solver, tell=fail)
+    assert signal.getsignal(signal.SIGINT) is handler
+    assert program.observe is None
+
+
+def test_it_solves_outside_the_main_thread(program, short):
+    """Signals belong to the main thread; elsewhere there is nothing to install."""
+    short(1)
+    solutions = []
+    thread = threading.Thread(target=lambda: solutions.append(solve(program)))
+    thread.start()
+    thread.join()
+    assert len(solutions) == 1
+
+
+def test_a_feasible_point_on_the_way_is_better_than_an_infeasible_end(program, monkeypatch):
+    """Loosened bounds make the guess feasible; the solver then ends somewhere else."""
+    for constraint in program.constraints:
+        constraint.lower[:], constraint.upper[:] = -np.inf, np.inf
+    program.constraints[0].lower[:] = -1.0  # no point a metre deep
+    guess = program.guess()
+    sunken = guess.reshape(-1, 55).copy()
+    sunken[:, 2] -= 3.0
+
+    def run(_prog, _solver, _start, _changes):
+        program.instants(guess)
+        return sunken.ravel(), True, "lost"
+
+    monkeypatch.setattr(room, "_run", run)
+    solution = solve(program, start=guess)
+    np.testing.assert_array_equal(free_of(solution.gait), guess)
+    assert not solution.converged

@@ -1,0 +1,26 @@
+"""A walk that needs no solver: the initial guess, nearly on its footholds, as a Gait."""
+
+from functools import cache
+
+from human_gait.body import make_body
+from human_gait.bspline import Basis, expand
+from human_gait.contact_plan import ContactPlan
+from human_gait.gait import Gait
+from human_gait.initial_guess import initial_guess
+from human_gait.scenario import Scenario
+
+
+@cache
+def guessed_gait(load_mass=0.0):
+    scenario = Scenario.from_dict(
+        {
+            "name": "guessed walk",
+            "subject": {"sex": "male"},
+            "walk": {"speed": 1.2, "step_length": 0.66},
+            "load": {"mass": load_mass},
+        }
+    )
+    body = make_body(scenario.subject, scenario.load)
+    basis = Basis.uniform(scenario.walk.step_time, 9)
+    free = initial_guess(scenario, body, ContactPlan(scenario, body), basis)
+    return Gait(scenario, basis.breaks, expand(free, scenario.walk.step_length))
