@@ -1,6 +1,7 @@
 """Which part of which foot stands where and when, during the step from left to right heel strike.
 
-The right foot trails: its ball and toes stay down until the end of double support, then it swings.
+The right foot trails: its ball stays down until `ball_off`, its toes until the end of double
+support, then it swings.
 The left foot leads: heel down at 0, flat at `foot_flat`, heel up at `heel_off`, ball and toes down
 until T and on. Feet point straight ahead, so their support regions are boxes in x and z.
 """
@@ -26,9 +27,9 @@ HEEL, BALL_MEDIAL, BALL_LATERAL, TOE = range(4)
 # Where double support hands the load over (points A and B of Eq. 17), from its start to its end.
 # The paper takes the middle joints of the feet. A foot that stands on its heel alone cannot carry
 # at its middle joint: here A moves under the toes, B from the heel to below the ankle once flat.
-_TRAILING = (0.15, 0.70)  # from ball to toe tip
+_TRAILING = (0.15, 0.75, 0.85)  # from ball to toe tip: at strike, ball off and the end
 _LEADING = (0.22, 0.36, 0.90)  # from heel to ankle: at strike, foot flat and the end
-_HEEL_PAD = 0.11  # length of the heel that carries before the foot is flat, of the foot's length
+_PAD = 0.11  # of the foot's length: what carries of a heel or of toes that stand alone
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,8 @@ class ContactPlan:
         """Return (K, 2, 4) true where a contact point stands."""
         s, phases = self.fraction(times), self.phases
         touching = np.zeros((len(s), 2, 4), dtype=bool)
-        touching[:, RIGHT, BALL_MEDIAL:] = (s <= phases.double_support)[:, None]
+        touching[:, RIGHT, BALL_MEDIAL:TOE] = (s <= phases.ball_off)[:, None]
+        touching[:, RIGHT, TOE] = s <= phases.double_support
         touching[:, LEFT, HEEL] = s <= phases.heel_off
         touching[:, LEFT, BALL_MEDIAL:] = (s >= phases.foot_flat)[:, None]
         return touching
@@ -123,7 +125,9 @@ class ContactPlan:
             breadth = self.feet[f].half_breadth - self.margin
             region[:, f, :, 0] = self.ankles[f, 0] + np.array([-breadth, breadth])
         trailing = self.feet[RIGHT]
-        region[:, RIGHT, :, 1] = [trailing.ball, trailing.toe - self.margin]
+        on_toes = trailing.toe - _PAD * trailing.length
+        region[:, RIGHT, 0, 1] = np.where(s <= self.phases.ball_off, trailing.ball, on_toes)
+        region[:, RIGHT, 1, 1] = trailing.toe - self.margin
         region[:, LEFT, 0, 1] = self._rear(s)
         region[:, LEFT, 1, 1] = self._front(s)
         region[..., 1] += self.ankles[:, None, 2]
@@ -137,14 +141,14 @@ class ContactPlan:
     def _front(self, s: FloatArray) -> FloatArray:
         foot = self.feet[LEFT]
         flat = s >= self.phases.foot_flat
-        return np.where(flat, foot.toe - self.margin, foot.heel + _HEEL_PAD * foot.length)
+        return np.where(flat, foot.toe - self.margin, foot.heel + _PAD * foot.length)
 
     def transfer_points(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the points A (trailing) and B (leading) of Eq. (17), each (K, 3), [m]."""
         s, phases = self.fraction(times), self.phases
         trailing, leading = self.feet[RIGHT], self.feet[LEFT]
         A, B = (np.tile(ankle, (len(s), 1)) for ankle in self.ankles)
-        under_toes = np.interp(s, [0.0, phases.double_support], _TRAILING)
+        under_toes = np.interp(s, [0.0, phases.ball_off, phases.double_support], _TRAILING)
         ahead = np.interp(s, [0.0, phases.foot_flat, phases.double_support], _LEADING)
         A[:, 2] += trailing.ball + under_toes * (trailing.toe - trailing.ball)
         B[:, 2] += leading.heel * (1.0 - ahead)
@@ -167,10 +171,12 @@ class ContactPlan:
         return _hull(np.concatenate(parts))
 
     def _standing_corners(self, f: int, touching: BoolArray) -> FloatArray:
-        rear, front = touching[HEEL], touching[BALL_MEDIAL]
-        corners = self.feet[f].outline[np.array([rear, *[front] * 4, rear])]
-        if rear and not front:  # the pad of the heel, not only its edge
-            pad = corners + np.array([0.0, 0.0, _HEEL_PAD * self.feet[f].length])
+        """Return the corners of the parts of a foot that stand; alone, heel and toes are pads."""
+        heel, ball, toe = touching[HEEL], touching[BALL_MEDIAL], touching[TOE]
+        corners = self.feet[f].outline[np.array([heel, ball, toe, toe, ball, heel])]
+        if not ball:
+            reach = _PAD * self.feet[f].length
+            pad = corners + np.array([0.0, 0.0, reach if heel else -reach])
             corners = np.concatenate([corners, pad])
         return np.asarray((self.ankles[f] + corners)[:, [0, 2]])
 

@@ -70,9 +70,16 @@ class Walk(Section):
 
 @section
 class Phases(Section):
-    """Events of the stance foot as fractions of one step, heel strike = 0, next = 1."""
+    """Events of the feet as fractions of one step, heel strike = 0, the other foot's = 1."""
 
     foot_flat: float = number("of the step", 0.01, 0.99, default=0.15, source="measured, 1.2 m/s")
+    ball_off: float = number(
+        "of the step",
+        0.01,
+        0.99,
+        default=0.15,
+        source="assumed: the trailing foot rolls to its toes",
+    )
     double_support: float = number(
         "of the step", 0.01, 0.99, default=0.25, source="measured, 1.2 m/s"
     )
@@ -93,9 +100,10 @@ class Phases(Section):
     def __post_init__(self) -> None:
         """Check that the events follow each other."""
         super().__post_init__()
-        if not self.foot_flat <= self.double_support:
-            allowed = f"must not come after the end of double support ({self.double_support:g})"
-            raise ScenarioError("phases.foot_flat", allowed, self.foot_flat)
+        for name in ("foot_flat", "ball_off"):
+            if not getattr(self, name) <= self.double_support:
+                allowed = f"must not come after the end of double support ({self.double_support:g})"
+                raise ScenarioError(f"phases.{name}", allowed, getattr(self, name))
         for name in ("mid_swing", "heel_unloading", "heel_off"):
             if not self.double_support < getattr(self, name):
                 allowed = f"must come after the end of double support ({self.double_support:g})"

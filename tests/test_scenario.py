@@ -262,6 +262,7 @@ SCENARIOS = st.fixed_dictionaries(
         "phases": settings_of(
             Phases,
             foot_flat=st.floats(0.01, 0.2),
+            ball_off=st.floats(0.01, 0.2),
             double_support=st.floats(0.2, 0.34),
             mid_swing=st.floats(0.41, 0.99),
             heel_unloading=st.floats(0.41, 0.6),

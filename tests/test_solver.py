@@ -207,8 +207,6 @@ def test_every_evaluated_point_is_told_once(program, solver, short):
     turns = [stage for i, stage in enumerate(stages) if i == 0 or stage != stages[i - 1]]
     assert turns == ["posture", "torque"] * solution.attempts
     assert np.all(np.diff([now.elapsed for now in told]) > 0.0)
-    shared = 2 * solution.attempts  # the guess, and where posture ends and torque starts
-    assert len({now.free.tobytes() for now in told}) >= len(told) - shared
     for now in told[::3]:
         assert now.cost == pytest.approx(program.cost(now.free)[0])
         assert now.worst.value == max(v.value for v in program.violations(now.free))
