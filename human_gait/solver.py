@@ -26,7 +26,7 @@ FEASIBLE = 1e-4
 _OPTIONS: dict[str, dict[str, Any]] = {
     "snopt": {
         "Major feasibility tolerance": 1e-6,
-        "Major optimality tolerance": 7e-3,
+        "Major optimality tolerance": 1e-2,
         "Major iterations limit": 500,
         "Iterations limit": 100_000,
         "Superbasics limit": 2_000,
@@ -50,7 +50,7 @@ _POSTURE_OPTIONS: dict[str, dict[str, Any]] = {
 }
 # If the torque stage gets stuck, another feasible posture path is tried: weights of staying near
 # the guess [1/rad^2 s] and of moving gently [s^3/rad^2]. Always in this order: nothing is random.
-_ATTEMPTS = ((0.3, 1e-3), (1.0, 1e-2), (0.1, 1e-4))
+_ATTEMPTS = ((1.0, 1e-1), (0.3, 1e-2), (1.0, 1.0))
 
 _SNOPT_STATUS = {
     1: "optimality conditions satisfied",
