@@ -172,8 +172,8 @@ class Posture(Section):
     arms like a runner's: a light limb costs next to nothing.
     """
 
-    pelvis_deg: float = number("deg", 0.5, 45.0, default=10.0, source="assumed")
-    spine_deg: float = number("deg", 0.5, 45.0, default=8.0, source="assumed, each spine joint")
+    pelvis_deg: float = number("deg", 0.5, 45.0, default=8.0, source="assumed")
+    spine_deg: float = number("deg", 0.5, 45.0, default=4.0, source="assumed, each spine joint")
     neck_deg: float = number("deg", 0.5, 45.0, default=5.0, source="assumed, each neck joint")
     arms_deg: float = number("deg", 0.5, 180.0, default=35.0, source="assumed, each arm joint")
 
