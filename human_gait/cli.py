@@ -1,4 +1,4 @@
-"""The command ``human-gait``: predict, play, plot, urdf.
+"""The command ``human-gait``: predict, play, plot, compare, urdf.
 
 Exit codes: 0 done, 1 no solution found, 2 bad input, 130 interrupted. An error is one line.
 Solvers, plots and viewers are imported by the command that needs them: ``--help`` stays quick.
@@ -94,6 +94,17 @@ def plot(folder: ResultFolder) -> None:
     from human_gait.plots import save_plots
 
     save_plots(load_gait(folder), folder)
+
+
+@app.command()
+def compare(folder: ResultFolder) -> None:
+    """Score a result against measured people; write table and plot beside it."""
+    check_result(folder)
+    from rich.console import Console
+
+    from human_gait.comparison import compare_to_folder
+
+    Console().print(compare_to_folder(folder))
 
 
 @app.command()

@@ -172,12 +172,13 @@ class ContactPlan:
 
     def _standing_corners(self, f: int, touching: BoolArray) -> FloatArray:
         """Return the corners of the parts of a foot that stand; alone, heel and toes are pads."""
-        heel, ball, toe = touching[HEEL], touching[BALL_MEDIAL], touching[TOE]
-        corners = self.feet[f].outline[np.array([heel, ball, toe, toe, ball, heel])]
-        if not ball:
-            reach = _PAD * self.feet[f].length
-            pad = corners + np.array([0.0, 0.0, reach if heel else -reach])
-            corners = np.concatenate([corners, pad])
+        foot, ball = self.feet[f], touching[BALL_MEDIAL]
+        down = np.array([touching[HEEL], ball, touching[TOE]])
+        corners = foot.outline[down[[0, 1, 2, 2, 1, 0]]]
+        if down.any() and not ball:
+            to_ball = foot.outline[[1, 4]] - corners
+            part = _PAD * foot.length / np.abs(to_ball[:, 2:])
+            corners = np.concatenate([corners, corners + part * to_ball])
         return np.asarray((self.ankles[f] + corners)[:, [0, 2]])
 
 

@@ -62,15 +62,17 @@ def test_the_pelvis_starts_midway_between_the_feet(plan):
 
 
 def test_contacts_follow_the_phases(plan):
-    """Right: ball and toes until the end of double support. Left: heel, then flat, then ball."""
+    """Right: ball and toes, then toes alone, then none. Left: heel, then flat, then ball."""
     phases, e = plan.phases, 1e-3
     flat, single, heel_off = phases.foot_flat, phases.double_support, phases.heel_off
     s = np.array([0.0, flat - e, flat, single, single + e, heel_off, heel_off + e, 1.0])
+    balls_down = s <= phases.ball_off
     right, left = plan.contact(s * plan.walk.step_time).swapaxes(0, 1)
     np.testing.assert_array_equal(right[:, HEEL], [UP] * 8)
     np.testing.assert_array_equal(left[:, HEEL], [DOWN] * 6 + [UP] * 2)
     for point in (BALL_MEDIAL, BALL_LATERAL, TOE):
-        np.testing.assert_array_equal(right[:, point], [DOWN] * 4 + [UP] * 4)
+        toes_down = [DOWN] * 4 + [UP] * 4
+        np.testing.assert_array_equal(right[:, point], toes_down if point == TOE else balls_down)
         np.testing.assert_array_equal(left[:, point], [UP] * 2 + [DOWN] * 6)
     both = plan.double_support(s * plan.walk.step_time)
     np.testing.assert_array_equal(both, [True] * 4 + [False] * 4)
@@ -149,10 +151,14 @@ def test_the_first_outlines_are_those_of_the_standing_feet(plan):
 def test_the_support_polygon_spans_what_stands(plan):
     phases, T = plan.phases, plan.walk.step_time
     trailing, leading = plan.footholds[:, :, 2]
-    both = plan.support_polygon((phases.foot_flat + phases.double_support) / 2 * T)[:, 1]
+    rolled = (max(phases.foot_flat, phases.ball_off) + phases.double_support) / 2
+    start, both = (plan.support_polygon(t * T)[:, 1] for t in (0.0, rolled))
     flat = plan.support_polygon((phases.double_support + phases.heel_off) / 2 * T)[:, 1]
     forefoot = plan.support_polygon(T)[:, 1]
-    assert (both.min(), both.max()) == pytest.approx((trailing[BALL_MEDIAL], leading[TOE]))
+    assert start.min() == pytest.approx(trailing[BALL_MEDIAL])
+    assert leading[HEEL] < start.max() < leading[BALL_MEDIAL]
+    assert trailing[BALL_MEDIAL] < both.min() < trailing[TOE]
+    assert both.max() == pytest.approx(leading[TOE])
     assert (flat.min(), flat.max()) == pytest.approx((leading[HEEL], leading[TOE]))
     assert (forefoot.min(), forefoot.max()) == pytest.approx((leading[BALL_MEDIAL], leading[TOE]))
 
