@@ -15,6 +15,7 @@ from human_gait.scenario import Scenario, load_scenario
 # Made available on first use: a solver or a browser viewer takes up to a second to import.
 _ROOM_OF = {
     "Gait": "gait",
+    "bspline_trajectory": "program",
     "build_program": "program",
     "play": "playback",
     "predict": "prediction",
@@ -30,6 +31,7 @@ __all__ = [
     "ResultError",
     "Scenario",
     "ScenarioError",
+    "bspline_trajectory",
     "build_program",
     "load_scenario",
     "play",

@@ -1,6 +1,7 @@
 """The command ``human-gait``: predict, play, plot, compare, urdf.
 
-Exit codes: 0 done, 1 no solution found, 2 bad input, 130 interrupted. An error is one line.
+Exit codes: 0 done, 1 no solution found (or a solve interrupted: its best gait is kept), 2 bad input,
+130 interrupted elsewhere. An error is one line.
 Solvers, plots and viewers are imported by the command that needs them: ``--help`` stays quick.
 """
 
@@ -16,7 +17,7 @@ from typing import Annotated
 
 import typer
 
-from human_gait.exceptions import GaitError, NoSolutionFound, ResultError
+from human_gait.exceptions import GaitError, NoSolutionFound, ResultError, ScenarioError
 from human_gait.scenario import Subject, load_scenario
 
 NO_SOLUTION = 1
@@ -72,7 +73,11 @@ def predict(
     check_writable(folder)
     from human_gait.prediction import predict_to_folder
 
-    if not predict_to_folder(task, solver.value, folder):
+    try:
+        found = predict_to_folder(task, solver.value, folder)
+    except ScenarioError as error:
+        raise error.found_in(str(scenario)) from None
+    if not found:
         raise typer.Exit(NO_SOLUTION)
 
 

@@ -204,6 +204,6 @@ def _ground(ankles: FloatArray, body: Body) -> FloatArray:
 
 
 def _hull(points: FloatArray) -> FloatArray:
-    from scipy.spatial import ConvexHull  # noqa: PLC0415, 0.1 s to import, for pictures only
+    from scipy.spatial import ConvexHull  # noqa: PLC0415, 0.1 s to import, not needed to solve
 
     return np.asarray(points[ConvexHull(points).vertices])

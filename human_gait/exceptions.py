@@ -53,14 +53,14 @@ class ResultError(GaitError):
 
 
 class NoSolutionFound(GaitError):
-    """The solver stopped without a feasible walk.
+    """The solver stopped without a walk that is optimal and passes every check.
 
     Parameters
     ----------
     message : str
         The solver's verdict in one line.
     gait : Gait, optional
-        The last iterate.
+        The best gait so far.
     report : object, optional
         Which constraints failed, when and by how much.
     """

@@ -44,9 +44,9 @@ _ABOUT = """One step of a predicted walk, left heel strike (t = 0) to right heel
 World: y up, z forward, x to the left. SI units, angles in radians.
 knots (n+4), control_points (n, 55): cubic B-splines of the 55 joint angles named in dof_names,
 q(t) = sum_j N_j,4(t) P_j for 0 <= t <= T; the next step is the mirror image.
-Sampled at t: q, v, a, torque (joint torques with ground reaction), muscle_torque (without passive
+Sampled at t: q, v, a, tau (joint torques with ground reaction), active (without passive
 torques), zmp (x, y, z), and for the right and the left foot grf, cop (centre of pressure),
-yaw_moment and contact points (heel, ball_medial, ball_lateral, toe).
+yaw_moment and points (heel, ball_medial, ball_lateral, toe).
 scenario and solution are JSON."""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -21,7 +22,7 @@ from human_gait.gait import Gait, save_gait
 from human_gait.gait_cycle import save_gait_cycle
 from human_gait.program import GaitProgram, build_program
 from human_gait.scenario import Scenario
-from human_gait.solver import Iterate, Solution, solve
+from human_gait.solver import FEASIBLE, Iterate, Solution, solve
 from human_gait.verification import Check, verify
 
 SUMMARY = "summary.json"
@@ -41,12 +42,16 @@ def predict(scenario: Scenario, solver: str = "snopt") -> Gait:
     Raises
     ------
     NoSolutionFound
-        If the solver did not converge; it carries the best gait so far and the violations.
+        If the solver did not converge or a check fails; it carries the best gait so far, the
+        constraints that are not kept and the checks that failed.
     """
     solution = solve(build_program(scenario), solver)
-    if not solution.converged:
+    failed = [check for check in verify(solution.gait) if not check.passed]
+    if not solution.converged or failed:
         raise NoSolutionFound(
-            f"{solution.solver} stopped: {solution.status}", solution.gait, solution.violations
+            f"{solution.solver} stopped: {solution.status}",
+            solution.gait,
+            [*(worst for worst in solution.violations if worst.value > FEASIBLE), *failed],
         )
     return solution.gait
 
@@ -79,7 +84,9 @@ def predict_to_folder(scenario: Scenario, solver: str, folder: Path) -> bool:
 def _progress(console: Console) -> Iterator[Any]:
     """Yield a function that shows iterates: a live line on a terminal, else a line now and then."""
     if not console.is_terminal:
-        yield lambda now: console.print(_line(now)) if now.number % _LINE_EVERY == 1 else None
+        yield (
+            lambda now: now.number % _LINE_EVERY == 1 and console.print(_line(now), soft_wrap=True)
+        )
         return
     with Live(console=console, refresh_per_second=8, transient=False) as live:
         yield lambda now: live.update(_line(now))
@@ -88,7 +95,7 @@ def _progress(console: Console) -> Iterator[Any]:
 def _line(now: Iterate) -> Text:
     worst = now.worst
     return Text(
-        f"{now.stage:>8} {now.number:5d}  {now.elapsed:6.1f} s  cost {now.cost:10.1f} N²m²s  "
+        f"{now.stage:>8} {now.number:5d}  {now.elapsed:6.1f} s  cost {now.cost:10.1f} N2 m2 s  "
         f"worst: {worst.name} (Eq. {worst.equation}) {worst.value:.1e} {worst.unit}"
     )
 
@@ -134,11 +141,15 @@ def _write(folder: Path, gait: Gait, summary: dict[str, Any]) -> None:
     from human_gait.plots import save_plots  # noqa: PLC0415, the same
 
     folder.mkdir(parents=True, exist_ok=True)
-    save_gait(gait, folder)
-    save_gait_cycle(gait, folder / "gait_cycle.csv")
-    (folder / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    save_plots(gait, folder)
-    save_playback(gait, folder / "playback.html")
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".writing-") as temporary:
+        new = Path(temporary)  # what is interrupted leaves the old result as it was
+        save_gait(gait, new)
+        save_gait_cycle(gait, new / "gait_cycle.csv")
+        (new / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+        save_plots(gait, new)
+        save_playback(gait, new / "playback.html")
+        for path in new.iterdir():
+            path.replace(folder / path.name)
 
 
 def _check_table(checks: list[Check]) -> Table:
@@ -165,7 +176,7 @@ def _failures(solution: Solution, checks: list[Check]) -> str:
         f"  {worst.name} (Eq. {worst.equation}): {worst.value:.2e} {worst.unit} "
         f"at t = {worst.time:.3f} s"
         for worst in solution.violations
-        if worst.value > 1e-4
+        if worst.value > FEASIBLE
     ]
     lines += [
         f"  {check.name}: {check.value:.2e} {check.unit} at t = {check.time:.3f} s, "
@@ -173,4 +184,8 @@ def _failures(solution: Solution, checks: list[Check]) -> str:
         for check in checks
         if not check.passed
     ]
-    return "\n".join(["not kept:", *lines]) if lines else "every constraint is kept"
+    return (
+        "\n".join(["not kept:", *lines])
+        if lines
+        else "every constraint is kept, but more effort might be saved"
+    )

@@ -206,6 +206,8 @@ class Limits(Section):
         if not isinstance(table, Mapping):
             raise ScenarioError("limits", "must be a table of joint ranges", table)
         frozen = _names(table.get("frozen", []))
+        for name in set(frozen) & {"pelvis_tz", "pelvis_ty"}:
+            raise ScenarioError("limits.frozen", "cannot hold the pelvis at the origin", name)
         ranges = [_dof_range(name, table[name]) for name in table if name != "frozen"]
         for limited in ranges:
             if limited.name in frozen:

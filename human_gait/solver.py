@@ -217,7 +217,7 @@ def _stages(program: GaitProgram, solver: str, start: FloatArray | None, watch: 
 
 
 def _postures(program: GaitProgram, solver: str, watch: _Watch) -> Iterator[FloatArray]:
-    """Yield feasible posture paths to start from, one for each attempt."""
+    """Yield posture paths to start from, feasible or nearly so, one for each attempt."""
     guess = program.guess()
     for nearness, gentleness in _ATTEMPTS:
         watch.stage = "posture"
@@ -251,7 +251,7 @@ def _solution(
     program.observe = None
     violations, (cost, _) = program.violations(free), program.cost(free)
     feasible = worst(program, free) <= FEASIBLE
-    if not feasible and watch.best is not None and watch.best.feasible:
+    if not feasible and watch.best is not None:
         free, cost = watch.best.free, watch.best.cost
         violations = program.violations(free)
     return Solution(

@@ -96,7 +96,10 @@ def test_contact_may_be_missed_by_the_tolerance():
 
 
 def test_in_double_support_both_feet_have_footholds():
-    constraint = named("contact position", np.array([0.99 * PLAN.phases.double_support * T]))
+    phases = PLAN.phases
+    both_flat = phases.foot_flat * T  # the trailing ball is still down at its last instant
+    assert phases.foot_flat <= phases.ball_off
+    constraint = named("contact position", np.array([both_flat]))
     off = constraint.evaluate(at_rest(standing(), times=np.zeros(1))).value.reshape(-1, 3)
     assert len(off) == 3 + POINTS  # ball and toe of the right foot, all of the left
     np.testing.assert_allclose(off[:3, Z], L, atol=1e-13)  # the right foot stands beside the left
