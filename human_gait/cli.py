@@ -1,7 +1,7 @@
 """The command ``human-gait``: predict, play, plot, compare, urdf.
 
-Exit codes: 0 done, 1 no solution found (or a solve interrupted: its best gait is kept), 2 bad input,
-130 interrupted elsewhere. An error is one line.
+Exit codes: 0 done, 1 no solution found or the solve interrupted (its best gait is kept), 2 bad
+input, 130 interrupted elsewhere. An error is one line.
 Solvers, plots and viewers are imported by the command that needs them: ``--help`` stays quick.
 """
 

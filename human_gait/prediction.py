@@ -84,9 +84,12 @@ def predict_to_folder(scenario: Scenario, solver: str, folder: Path) -> bool:
 def _progress(console: Console) -> Iterator[Any]:
     """Yield a function that shows iterates: a live line on a terminal, else a line now and then."""
     if not console.is_terminal:
-        yield (
-            lambda now: now.number % _LINE_EVERY == 1 and console.print(_line(now), soft_wrap=True)
-        )
+
+        def tell(now: Iterate) -> None:
+            if now.number % _LINE_EVERY == 1:
+                console.print(_line(now), soft_wrap=True)
+
+        yield tell
         return
     with Live(console=console, refresh_per_second=8, transient=False) as live:
         yield lambda now: live.update(_line(now))
@@ -187,5 +190,5 @@ def _failures(solution: Solution, checks: list[Check]) -> str:
     return (
         "\n".join(["not kept:", *lines])
         if lines
-        else "every constraint is kept, but more effort might be saved"
+        else "every constraint is kept, but the solver stopped before the optimum"
     )
