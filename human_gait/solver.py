@@ -205,7 +205,7 @@ def _stages(program: GaitProgram, solver: str, start: FloatArray | None, watch: 
         for posture in starts:
             watch.stage, watch.attempts = "torque", watch.attempts + 1
             free, solved, status = _run(program.prog, solver, posture, {})
-            if solved or worst(program, free) <= FEASIBLE:
+            if solved or _largest(program.violations(free)) <= FEASIBLE:
                 break
     except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
         if not watch.stop:
@@ -250,7 +250,7 @@ def _solution(
     wall_time, iterations = watch.elapsed, watch.count
     program.observe = None
     violations, (cost, _) = program.violations(free), program.cost(free)
-    feasible = worst(program, free) <= FEASIBLE
+    feasible = _largest(violations) <= FEASIBLE
     if not feasible and watch.best is not None:
         free, cost = watch.best.free, watch.best.cost
         violations = program.violations(free)
@@ -269,9 +269,9 @@ def _solution(
     )
 
 
-def worst(program: GaitProgram, free: FloatArray) -> float:
+def _largest(violations: list[Violation]) -> float:
     """Return the largest violation of any constraint, in the unit of that constraint."""
-    return max(violation.value for violation in program.violations(free))
+    return max(violation.value for violation in violations)
 
 
 def _rank(iterate: Iterate) -> tuple[float, float]:
