@@ -5,6 +5,9 @@ their partials in q, v, a (`constraints`); here they become gradients in control
 
     d/dP = d/dq N + d/dv N' + d/da N''        (Eq. 31)
 
+The solvers see the control points in units that even out how strongly the torques depend on them:
+a swaying pelvis moves the whole body, a turning wrist a hand (`GaitProgram.unit`).
+
 This is the only place that meets Drake's AutoDiff.
 """
 
@@ -34,6 +37,8 @@ BoolArray = npt.NDArray[np.bool_]
 
 COST_SCALE = 1e-3
 """The solvers see the cost in kN^2 m^2 s: of the order of one to ten."""
+
+_LEAST_CURVATURE = 1e-4  # [kN^2 m^2 / rad^2] keeps the units of the lightest joints below 10 rad
 
 
 @dataclass(frozen=True)
@@ -65,10 +70,12 @@ class GaitProgram:
     times : (K,) array, [s]
         The grid of instants. T itself is left out: it is the mirror image of 0.
     constraints : list of Constraint
+    unit : (m * 55,) array, [rad] or [m]
+        By how much a control point changes when its decision variable changes by one.
     prog : MathematicalProgram
         Objective Eq. (18) subject to Eqs. (19)-(27).
     variables : (m * 55,) array of Variable
-        The free control points, row by row.
+        The free control points, row by row, in parts of `unit`.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -86,6 +93,7 @@ class GaitProgram:
         self.evaluations = 0
         self.observe: Callable[[FloatArray], None] | None = None
         self.constraints = paper_constraints(scenario, self._walker.plan, self.times)
+        self.unit = np.tile(self._unit(), self.basis.n_free)
         self.prog, self.variables = self._program(self.constraints)
         self.prog.AddCost(self._cost, self.variables)
 
@@ -114,7 +122,8 @@ class GaitProgram:
         weight = self.basis.step_time / len(self.times)
         Q = 2.0 * weight * (nearness * near.T @ near + gentleness * gentle.T @ gentle)
         b = -2.0 * weight * nearness * near.T @ (near @ guess)
-        prog.AddQuadraticCost(Q, b, variables)
+        unit = self.unit
+        prog.AddQuadraticCost(Q * np.outer(unit, unit), b * unit, variables)
         return prog
 
     def gait(self, free: FloatArray, **solution: object) -> Gait:
@@ -178,7 +187,7 @@ class GaitProgram:
         """Return a program with limits and constraints, without cost, and its variables."""
         prog = MathematicalProgram()
         variables = prog.NewContinuousVariables(self.basis.n_free * N_DOF, "P")
-        lower, upper = (np.tile(limit, self.basis.n_free) for limit in self.limits)
+        lower, upper = (np.tile(limit, self.basis.n_free) / self.unit for limit in self.limits)
         prog.AddBoundingBoxConstraint(lower, upper, variables)
         for constraint in constraints:
             self._add(prog, constraint, variables)
@@ -190,18 +199,36 @@ class GaitProgram:
         if constraint.linear:
             still = constraint.evaluate(self._evaluated(np.zeros(len(variables))))
             lower, upper = constraint.lower - still.value, constraint.upper - still.value
-            jacobian = self._chain(constraint, still)
+            jacobian = self._chain(constraint, still) * self.unit
             prog.AddLinearConstraint(jacobian, lower, upper, variables)
             return
-        function = _seam(lambda free: self.residual(constraint, free))
+        function = _seam(lambda free: self.residual(constraint, free), self.unit)
         binding = prog.AddConstraint(function, constraint.lower, constraint.upper, variables)
         entries = np.argwhere(self.pattern(constraint))
         binding.evaluator().set_description(constraint.name)
         binding.evaluator().SetGradientSparsityPattern([(int(r), int(c)) for r, c in entries])
 
     def _cost(self, x: npt.NDArray[np.object_]) -> object:
-        scaled = _seam(lambda free: tuple(COST_SCALE * np.atleast_1d(y) for y in self.cost(free)))
-        return scaled(x)[0]
+        def scaled(free: FloatArray) -> tuple[FloatArray, ...]:
+            return tuple(COST_SCALE * np.atleast_1d(part) for part in self.cost(free))
+
+        return _seam(scaled, self.unit)(x)[0]
+
+    def _unit(self) -> FloatArray:
+        """Return the unit (55,) of each DOF's control points from the slopes of the torques.
+
+        With d = sum_i (dtau_i/dP)^2 at the first guess, the diagonal of the Gauss-Newton Hessian
+        of Eq. (18), units d^(-1/2) would give every variable the same curvature. Constraints, in
+        metres for all, want none of it: d^(-1/4) is between the two. Powers of two: no rounding.
+        """
+        torque = self._evaluated(self.guess()).muscle_torque
+        by_order = torque.partials.reshape(*torque.value.shape, 3, N_DOF)
+        squares = np.einsum("kiod,kipd->kopd", by_order, by_order)
+        N = np.stack(self._N)
+        overlap = np.einsum("okn,pkn->kop", N, N) * COST_SCALE / len(self.times)
+        d = np.einsum("kop,kopd->d", overlap, squares)
+        d = np.maximum((d + d[MIRROR_INDEX]) / 2, _LEAST_CURVATURE)
+        return np.asarray(np.exp2(np.round(-np.log2(d) / 4)))
 
     def _chain(self, constraint: Constraint, residual: Residual) -> FloatArray:
         """Return the Jacobian of rows in the free control points, Eq. (31)."""
@@ -235,16 +262,16 @@ def bspline_trajectory(gait: Gait) -> BsplineTrajectory:
 
 
 def _seam(
-    function: Callable[[FloatArray], tuple[FloatArray, ...]],
+    function: Callable[[FloatArray], tuple[FloatArray, ...]], unit: FloatArray
 ) -> Callable[[npt.NDArray[np.object_]], npt.NDArray[np.object_]]:
-    """Return a Drake evaluator of a function that returns value and Jacobian."""
+    """Return a Drake evaluator of a function of unit * x that returns value and Jacobian."""
 
     def evaluate(x: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
         if x.dtype != object:
-            return np.asarray(function(np.asarray(x, dtype=float))[0])
-        value, jacobian = function(ExtractValue(x).ravel())
+            return np.asarray(function(unit * np.asarray(x, dtype=float))[0])
+        value, jacobian = function(unit * ExtractValue(x).ravel())
         seed = ExtractGradient(x)
-        by_seed = np.atleast_2d(jacobian)
+        by_seed = np.atleast_2d(jacobian) * unit
         if not np.array_equal(seed, np.eye(len(x))):
             by_seed = by_seed @ seed
         return np.asarray(InitializeAutoDiff(value, by_seed)).ravel()

@@ -26,7 +26,7 @@ FEASIBLE = 1e-4
 _OPTIONS: dict[str, dict[str, Any]] = {
     "snopt": {
         "Major feasibility tolerance": 1e-6,
-        "Major optimality tolerance": 1e-2,
+        "Major optimality tolerance": 5e-4,
         "Major iterations limit": 500,
         "Iterations limit": 100_000,
         "Superbasics limit": 2_000,
@@ -46,7 +46,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
 }
 _POSTURE_OPTIONS: dict[str, dict[str, Any]] = {
     "snopt": {"Major optimality tolerance": 1e-1, "Major iterations limit": 25},
-    "ipopt": {"tol": 1e-2, "max_iter": 200},
+    "ipopt": {"tol": 1e-2, "max_iter": 50},
 }
 # If the torque stage gets stuck, another feasible posture path is tried: weights of staying near
 # the guess [1/rad^2 s] and of moving gently [s^3/rad^2]. Always in this order: nothing is random.
@@ -204,7 +204,7 @@ def _stages(program: GaitProgram, solver: str, start: FloatArray | None, watch: 
     try:
         for posture in starts:
             watch.stage, watch.attempts = "torque", watch.attempts + 1
-            free, solved, status = _run(program.prog, solver, posture, {})
+            free, solved, status = _run(program.prog, solver, posture, {}, program.unit)
             if solved or _largest(program.violations(free)) <= FEASIBLE:
                 break
     except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
@@ -222,21 +222,28 @@ def _postures(program: GaitProgram, solver: str, watch: _Watch) -> Iterator[Floa
     for nearness, gentleness in _ATTEMPTS:
         watch.stage = "posture"
         posture = program.posture_program(guess, nearness, gentleness)
-        yield _run(posture, solver, guess, _POSTURE_OPTIONS[solver])[0]
+        yield _run(posture, solver, guess, _POSTURE_OPTIONS[solver], program.unit)[0]
 
 
 def _run(
-    prog: MathematicalProgram, solver: str, start: FloatArray, changes: dict[str, Any]
+    prog: MathematicalProgram,
+    solver: str,
+    start: FloatArray,
+    changes: dict[str, Any],
+    unit: npt.ArrayLike = 1.0,
 ) -> tuple[FloatArray, bool, str]:
-    """Return the point a solver ends at, whether it is content, and what it says."""
+    """Return the point a solver ends at, whether it is content, and what it says.
+
+    Points are in rad and m; the variables of the program are parts of `unit`.
+    """
     engine = SnoptSolver() if solver == "snopt" else IpoptSolver()
     options = SolverOptions()
     for name, value in {**_OPTIONS[solver], **changes}.items():
         options.SetOption(engine.solver_id(), name, value)
-    result = engine.Solve(prog, start, options)
+    result = engine.Solve(prog, start / np.asarray(unit), options)
     details = result.get_solver_details()
     status = _snopt_status(details.info) if solver == "snopt" else details.ConvertStatusToString()
-    return result.GetSolution(prog.decision_variables()), result.is_success(), status
+    return result.GetSolution(prog.decision_variables()) * unit, result.is_success(), status
 
 
 def _snopt_status(info: int) -> str:

@@ -33,7 +33,8 @@ class Problem:
 
     def __init__(self, task):
         self.program = build_program(task)
-        self.free = near_walk(self.program)
+        self.free, self.unit = near_walk(self.program), self.program.unit
+        self.variables = self.free / self.unit
         self.directions = self._directions()
 
     def _directions(self):
@@ -116,25 +117,25 @@ def test_the_solver_gets_the_pattern(problem):
 
 def test_drake_evaluates_values_and_gradients(problem):
     for constraint, binding in bindings(problem):
-        x = InitializeAutoDiff(problem.free)
+        x = InitializeAutoDiff(problem.variables)
         found = binding.evaluator().Eval(x)
         value, jacobian = problem.program.residual(constraint, problem.free)
         if constraint.linear:
             value = jacobian @ problem.free
         np.testing.assert_allclose(ExtractValue(found).ravel(), value, atol=1e-12)
-        np.testing.assert_allclose(ExtractGradient(found), jacobian, atol=1e-12)
-        plain = problem.program.prog.EvalBinding(binding, problem.free)
+        np.testing.assert_allclose(ExtractGradient(found), jacobian * problem.unit, atol=1e-12)
+        plain = problem.program.prog.EvalBinding(binding, problem.variables)
         np.testing.assert_allclose(plain, value, atol=1e-12)
 
 
 def test_drake_evaluates_the_scaled_cost(problem):
     (binding,) = problem.program.prog.generic_costs()
     cost, gradient = problem.program.cost(problem.free)
-    found = binding.evaluator().Eval(InitializeAutoDiff(problem.free))
+    found = binding.evaluator().Eval(InitializeAutoDiff(problem.variables))
     assert ExtractValue(found).item() == pytest.approx(COST_SCALE * cost, rel=1e-13)
-    expected = COST_SCALE * gradient
+    expected = COST_SCALE * gradient * problem.unit
     np.testing.assert_allclose(ExtractGradient(found)[0], expected, rtol=1e-12, atol=1e-15)
-    plain = problem.program.prog.EvalBinding(binding, problem.free)
+    plain = problem.program.prog.EvalBinding(binding, problem.variables)
     assert plain.item() == pytest.approx(COST_SCALE * cost, rel=1e-13)
 
 
@@ -142,16 +143,25 @@ def test_drake_evaluates_the_scaled_cost(problem):
 def test_drake_may_differentiate_along_any_seed(problem, n_seeds):
     """The chain rule d/ds = J dx/ds, for any number of seeds."""
     seed = np.random.default_rng(4).normal(size=(len(problem.free), n_seeds))
-    x = InitializeAutoDiff(problem.free, seed)
+    x = InitializeAutoDiff(problem.variables, seed)
+    moved = problem.unit[:, None] * seed
     for constraint, binding in bindings(problem):
         _, jacobian = problem.program.residual(constraint, problem.free)
         found = ExtractGradient(binding.evaluator().Eval(x))
         scale = max(np.abs(jacobian).max(), 1.0)
-        np.testing.assert_allclose(found, jacobian @ seed, atol=1e-11 * scale)
+        np.testing.assert_allclose(found, jacobian @ moved, atol=1e-11 * scale)
     (cost,) = problem.program.prog.generic_costs()
-    expected = COST_SCALE * problem.program.cost(problem.free)[1] @ seed
+    expected = COST_SCALE * problem.program.cost(problem.free)[1] @ moved
     found = ExtractGradient(cost.evaluator().Eval(x))[0]
     np.testing.assert_allclose(found, expected, rtol=1e-11)
+
+
+def test_no_variable_is_much_stiffer_than_another(problem):
+    """Units tame the slopes of the cost, which differ by a factor of thousands between joints."""
+    _, gradient = problem.program.cost(problem.free)
+    by_dof = np.abs(gradient).reshape(-1, 55).max(axis=0)
+    in_units = np.abs(gradient * problem.unit).reshape(-1, 55).max(axis=0)
+    assert in_units.max() / np.median(in_units) < 0.5 * by_dof.max() / np.median(by_dof)
 
 
 def bindings(problem):

@@ -326,7 +326,7 @@ def test_a_feasible_point_on_the_way_is_better_than_an_infeasible_end(program, m
     sunken = guess.reshape(-1, 55).copy()
     sunken[:, 2] -= 3.0
 
-    def run(_prog, _solver, _start, _changes):
+    def run(*_):
         program.instants(guess)
         return sunken.ravel(), True, "lost"
 
