@@ -93,7 +93,7 @@ class Body:
         return float(self.mass.sum() + self.load.mass)
 
     def pseudo_inertia(self) -> FloatArray:
-        """Return the J_i of Eq. (10), load included, (55, 4, 4).
+        """Return the J_i of Eq. (10), a rigid load included, (55, 4, 4).
 
         Notes
         -----
@@ -102,7 +102,8 @@ class Body:
         """
         J = _pseudo_inertia(self.mass, self.com, self.inertia)
         thorax = skeleton.SEGMENTS["thorax"]
-        J[thorax] += _pseudo_inertia(np.array(self.load.mass), self.load_com, self.load_inertia)
+        if self.load.model == "rigid":
+            J[thorax] += _pseudo_inertia(np.array(self.load.mass), self.load_com, self.load_inertia)
         return J
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from human_gait.body import Body
-from human_gait.bspline import WRAPPED, Basis
+from human_gait.bspline import DEGREE, Basis
 from human_gait.contact_plan import ContactPlan
 from human_gait.exceptions import ResultError, ScenarioError
 from human_gait.instant import Instants, Walker
@@ -134,7 +134,7 @@ class Gait:
     @cached_property
     def basis(self) -> Basis:
         """The basis functions N_j of Eq. (28)."""
-        return Basis(self.breaks)
+        return Basis(self.breaks, self.scenario.discretisation.mirrored)
 
     @cached_property
     def _walker(self) -> Walker:
@@ -281,7 +281,8 @@ def _restored(file: Mapping[str, Any]) -> Gait:
     T = scenario.walk.step_time
     if breaks.ndim != 1 or not np.allclose(breaks[[0, -1]], [0.0, T], rtol=0.0, atol=1e-9 * T):
         raise ValueError(f"breaks do not go from 0 to the step time {T:g} s")
-    if len(breaks) <= WRAPPED or np.any(np.diff(breaks) <= 0.0):
+    fewest = DEGREE if scenario.discretisation.mirrored else 1
+    if len(breaks) <= fewest or np.any(np.diff(breaks) <= 0.0):
         raise ValueError("breaks are too few or do not increase")
     if control_points.shape != (len(breaks) + 2, N_DOF):
         raise ValueError(f"control_points of shape {control_points.shape} do not fit")

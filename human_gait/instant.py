@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from human_gait.body import make_body
+from human_gait.carried_load import CarriedForce
 from human_gait.contact_plan import ContactPlan
 from human_gait.dynamics import Dynamics
 from human_gait.feet import Feet, FootMotion
@@ -53,12 +54,15 @@ class Walker:
         self.plan = ContactPlan(scenario, self.body)
         self._dynamics = Dynamics(self.body)
         self._feet = Feet(self.body)
+        self._carried = CarriedForce(self.body) if scenario.load.model == "force" else None
         pays_for_all = scenario.objective.passive_torques == "none"
         self._passive = None if pays_for_all else PassiveJoints()
 
     def at(self, t: FloatArray, q: FloatArray, v: FloatArray, a: FloatArray) -> Instants:
         """Return what is known at the times t (K,) in [0, T] of the motion q, v, a (K, 55)."""
         dynamics = self._dynamics.inverse(q, v, a)
+        if self._carried:
+            dynamics = self._carried.added(dynamics, q)
         ground = ground_reaction(dynamics, self.plan, t)
         torque = joint_torques(dynamics, ground, self.plan)
         muscle_torque = torque - self._passive.torque(q, v) if self._passive else torque

@@ -29,16 +29,17 @@ def torque_weights(scenario: Scenario) -> FloatArray:
     return np.asarray((2.0 * REFERENCE_STRENGTH / (upper - lower)) ** 2)
 
 
-def torque_squared(now: Instants, duration: float, weights: FloatArray) -> tuple[float, FloatArray]:
+def torque_squared(
+    now: Instants, spacing: FloatArray, weights: FloatArray
+) -> tuple[float, FloatArray]:
     """Return the integral of the weighted squared muscle torques, and its partials.
 
     Parameters
     ----------
     now : Instants
-        K instants that divide the step evenly. The step is periodic up to its mirror image, so
-        that the rectangle rule is the trapezoid rule.
-    duration : float, [s]
-        T.
+        K instants.
+    spacing : (K,) array, [s]
+        The time that each stands for; together T.
     weights : (55,) array
 
     Returns
@@ -47,6 +48,6 @@ def torque_squared(now: Instants, duration: float, weights: FloatArray) -> tuple
     partials : (K, 165) array
         In q, v, a of each instant.
     """
-    tau, weight = now.muscle_torque, duration / len(now.t) * weights
+    tau, weight = now.muscle_torque, np.multiply.outer(spacing, weights)
     value = float(np.sum(weight * tau.value**2))
     return value, np.einsum("ki,kis->ks", 2.0 * weight * tau.value, tau.partials)

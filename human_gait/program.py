@@ -23,14 +23,14 @@ from pydrake.math import BsplineBasis
 from pydrake.solvers import MathematicalProgram
 from pydrake.trajectories import BsplineTrajectory
 
-from human_gait.bspline import DEGREE, Basis, expand, fold
+from human_gait.bspline import DEGREE, Basis
 from human_gait.constraints import Constraint, Residual, joint_limits, paper_constraints
 from human_gait.gait import Gait
 from human_gait.initial_guess import initial_guess
 from human_gait.instant import Instants, Walker
 from human_gait.objective import torque_squared, torque_weights
 from human_gait.scenario import Scenario
-from human_gait.skeleton import DOF_NAMES, MIRROR_INDEX, N_DOF
+from human_gait.skeleton import DOF_NAMES, MIRROR_INDEX, N_DOF, index
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -38,6 +38,8 @@ BoolArray = npt.NDArray[np.bool_]
 COST_SCALE = 1e-3
 """The solvers see the cost in kN^2 m^2 s: of the order of one to ten."""
 
+SYMMETRY = ("symmetry condition", "26", "rad, m or per s")
+_TIED = {"acceleration": 0, "position": 1, "velocity": 2}  # derivatives that have rows of Eq. 26
 _LEAST_CURVATURE = 1e-4  # [kN^2 m^2 / rad^2] keeps the units of the lightest joints below 10 rad
 
 
@@ -68,7 +70,7 @@ class GaitProgram:
     scenario : Scenario
     basis : Basis
     times : (K,) array, [s]
-        The grid of instants. T itself is left out: it is the mirror image of 0.
+        The grid of instants. T itself is left out where it is the mirror image of 0.
     constraints : list of Constraint
     unit : (m * 55,) array, [rad] or [m]
         By how much a control point changes when its decision variable changes by one.
@@ -78,17 +80,19 @@ class GaitProgram:
         The free control points, row by row, in parts of `unit`.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, basis: Basis | None = None) -> None:
         self.scenario = scenario
         step_time, grid = scenario.walk.step_time, scenario.discretisation
         n = grid.intervals * grid.dynamics_per_interval
         self.limits = joint_limits(scenario, DOF_NAMES)
-        self.basis = Basis.uniform(step_time, grid.control_points)
-        self.times = np.arange(n) * step_time / n
+        self.basis = basis or Basis.uniform(step_time, grid.control_points, grid.mirrored)
+        self.times = np.arange(n + (not grid.mirrored)) * step_time / n
         self._walker = Walker(scenario)
         self._N = [self.basis.matrix(self.times, order) for order in range(3)]
         self._active = _active_functions(self.basis, self.times)
         self._weights = torque_weights(scenario)
+        self._spacing = _trapezoids(step_time / n, len(self.times), grid.mirrored)
+        self._symmetry = self._symmetry_rows()
         self._known: tuple[bytes, Instants] | None = None
         self.evaluations = 0
         self.observe: Callable[[FloatArray], None] | None = None
@@ -100,7 +104,8 @@ class GaitProgram:
     @property
     def n_constraint_rows(self) -> int:
         """Number of rows of all constraints."""
-        return sum(len(constraint.lower) for constraint in self.constraints)
+        rows = sum(len(constraint.lower) for constraint in self.constraints)
+        return rows + len(self._symmetry[1])
 
     def guess(self) -> FloatArray:
         """Return the free control points of the first guess, flat, within the joint limits."""
@@ -128,7 +133,7 @@ class GaitProgram:
 
     def gait(self, free: FloatArray, **solution: object) -> Gait:
         """Return the gait of flat free control points."""
-        control_points = expand(free.reshape(-1, N_DOF), self.scenario.walk.step_length)
+        control_points = self._expanded(free)
         return Gait(self.scenario, self.basis.breaks, control_points, solution)
 
     def instants(self, free: FloatArray) -> Instants:
@@ -142,15 +147,18 @@ class GaitProgram:
         return self._known[1]
 
     def _evaluated(self, free: FloatArray) -> Instants:
-        P = expand(free.reshape(-1, N_DOF), self.scenario.walk.step_length)
+        P = self._expanded(free)
         return self._walker.at(self.times, *(N @ P for N in self._N))
+
+    def _expanded(self, free: FloatArray) -> FloatArray:
+        return self.basis.expand(free.reshape(-1, N_DOF), self.scenario.walk.step_length)
 
     def cost(self, free: FloatArray) -> tuple[float, FloatArray]:
         """Return the objective [N^2 m^2 s] and its gradient in the free control points."""
-        value, partials = torque_squared(self.instants(free), self.basis.step_time, self._weights)
+        value, partials = torque_squared(self.instants(free), self._spacing, self._weights)
         dq, dv, da = partials.reshape(-1, 3, N_DOF).swapaxes(0, 1)
         gradient = sum(N.T @ d for N, d in zip(self._N, (dq, dv, da), strict=True))
-        return value, fold(np.asarray(gradient)[None]).ravel()
+        return value, self.basis.fold(np.asarray(gradient)[None]).ravel()
 
     def residual(self, constraint: Constraint, free: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return rows (r,) of a constraint and their Jacobian (r, m * 55)."""
@@ -160,9 +168,14 @@ class GaitProgram:
     def violations(self, free: FloatArray) -> list[Violation]:
         """Return the worst row of every constraint."""
         now = self.instants(free)
-        return [
+        worst = [
             self._worst(constraint, constraint.evaluate(now)) for constraint in self.constraints
         ]
+        matrix, ends = self._symmetry
+        if len(ends):
+            apart = float(np.abs(matrix @ free - ends).max())
+            worst.append(Violation(*SYMMETRY, apart, self.basis.step_time))
+        return worst
 
     def pattern(self, constraint: Constraint) -> BoolArray:
         """Return (r, m * 55) true where the Jacobian of a constraint can differ from zero."""
@@ -191,7 +204,21 @@ class GaitProgram:
         prog.AddBoundingBoxConstraint(lower, upper, variables)
         for constraint in constraints:
             self._add(prog, constraint, variables)
+        matrix, ends = self._symmetry
+        if len(ends):
+            prog.AddLinearEqualityConstraint(matrix * self.unit, ends, variables)
         return prog, variables
+
+    def _symmetry_rows(self) -> tuple[FloatArray, FloatArray]:
+        """Return Eq. (26) as rows (r, m * 55) and right-hand sides (r,); none for mirrored splines.
+
+        Postures of both ends, q(T) - mirror(q(0)) = L z, and velocities where they are tied too.
+        """
+        derivatives = range(_TIED[self.scenario.discretisation.periodicity])
+        rows = [self.basis.symmetry(derivative) for derivative in derivatives]
+        ends = np.zeros((len(rows), N_DOF))
+        ends[:1, index("pelvis_tz")] = self.scenario.walk.step_length
+        return np.concatenate([np.zeros((0, self.basis.n_free * N_DOF)), *rows]), ends.ravel()
 
     def _add(
         self, prog: MathematicalProgram, constraint: Constraint, variables: FloatArray
@@ -240,19 +267,25 @@ class GaitProgram:
         rows = np.arange(len(k))[:, None, None]
         jacobian = np.zeros((len(k), self.basis.n_control_points, N_DOF))
         jacobian[rows, functions[:, :, None], columns[:, None, :]] = blocks
-        folded = fold(jacobian)
+        folded = self.basis.fold(jacobian)
         return folded.reshape(len(folded), -1)
 
 
-def build_program(scenario: Scenario) -> GaitProgram:
+def build_program(scenario: Scenario, basis: Basis | None = None) -> GaitProgram:
     """Return the optimisation problem of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    basis : Basis, optional
+        B-splines of the joint angles; by default those of the scenario's discretisation.
 
     Raises
     ------
     ScenarioError
         If the scenario names a DOF that does not exist.
     """
-    return GaitProgram(scenario)
+    return GaitProgram(scenario, basis)
 
 
 def bspline_trajectory(gait: Gait) -> BsplineTrajectory:
@@ -279,8 +312,16 @@ def _seam(
     return evaluate
 
 
+def _trapezoids(interval: float, n: int, periodic: bool) -> FloatArray:
+    """Return the time (n,) that each instant stands for in an integral, [s]."""
+    spacing = np.full(n, interval)
+    if not periodic:
+        spacing[[0, -1]] /= 2
+    return spacing
+
+
 def _active_functions(basis: Basis, times: FloatArray) -> npt.NDArray[np.intp]:
     """Return the four basis functions (K, 4) that are not zero at each instant."""
     piece = np.searchsorted(basis.breaks, times, side="right") - 1
-    piece = np.clip(piece, 0, basis.n_free - 1)
+    piece = np.clip(piece, 0, basis.n_pieces - 1)
     return np.asarray(piece[:, None] + np.arange(DEGREE + 1))

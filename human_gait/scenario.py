@@ -22,6 +22,7 @@ MEDIAN_BODY = {  # stature [m]: ANSUR II medians; mass [kg]: ANSUR 1988 means
 }
 LEG_LENGTH = {"male": 0.530, "female": 0.514}  # hip centre above the sole / stature
 STEP_HALF_ANGLE_DEG = 35.0  # hip extension limit 30 deg + rising onto the toes, pelvis rotation
+MIRRORED_CONTROL_POINTS = 6  # per DOF; three of them repeat the first three
 TRANSLATION_DOFS = ("pelvis_tz", "pelvis_tx", "pelvis_ty")
 RANGE_RULES: dict[bool, dict[str, Any]] = {  # of a DOF's [lower, upper], by "is it a translation?"
     True: {"unit": "m", "range": (-20.0, 20.0)},
@@ -118,23 +119,55 @@ class Load(Section):
     """A box carried on the thorax, such as a backpack.
 
     `position` is that of its centre from the T8/T9 joint centre, x left, y up, z forward when
-    upright; `size` are its edges along the same axes, which give its inertia.
+    upright; `size` are its edges along the same axes, which give its inertia. As ``rigid`` it is a
+    body of its own on the thorax; as ``force`` only its weight acts there, as in Eq. (9).
     """
 
     mass: float = number("kg", 0.0, 100.0, default=0.0)
     position: tuple[float, float, float] = number("m", -1.0, 1.0, default=(0.0, 0.05, -0.22))
     size: tuple[float, float, float] = number("m", 0.01, 2.0, default=(0.30, 0.45, 0.20))
+    model: str = choice("rigid", "force", default="rigid", source="Eq. 9 has a force")
 
 
 @section
 class Discretisation(Section):
-    """Resolution of the cubic B-splines (Eq. 28) and of the constraints in time."""
+    """Resolution of the cubic B-splines (Eq. 28) and of the constraints in time.
 
-    control_points: int = number("per DOF", 6, 60, default=10, source="the paper has 5")
+    `periodicity` is the highest derivative that Eq. (26) ties: ``acceleration`` by splines that
+    continue as their mirror image, the others by equations between the ends of clamped splines
+    (the paper has ``position``).
+    """
+
+    control_points: int = number("per DOF", 5, 60, default=10, source="the paper has 5")
+    periodicity: str = choice("acceleration", "velocity", "position", default="acceleration")
     intervals: int = number("per step", 12, 400, default=20)
     dynamics_per_interval: int = number(
         "instants", 1, 8, default=2, source="torques and ZMP change faster than the feet move"
     )
+
+    def __post_init__(self) -> None:
+        """Check that enough control points are free."""
+        super().__post_init__()
+        if self.mirrored and self.control_points < MIRRORED_CONTROL_POINTS:
+            rule = f"must be at least {MIRRORED_CONTROL_POINTS} where accelerations are periodic"
+            raise ScenarioError("discretisation.control_points", rule, self.control_points)
+
+    @classmethod
+    def with_defaults(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return `table` with clamped splines where there are too few control points to mirror."""
+        n = checked(
+            "discretisation.control_points",
+            table.get("control_points", cls.control_points),
+            int,
+            cls.rule("control_points"),
+        )
+        few = n < MIRRORED_CONTROL_POINTS
+        return {"periodicity": "velocity" if few else "acceleration", **table}
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the splines continue as their mirror image."""
+        return self.periodicity == "acceleration"
 
 
 @section
@@ -274,6 +307,9 @@ class Scenario(Section):
         """Check the values that depend on more than one section."""
         super().__post_init__()
         check_reach(self.subject, self.walk)
+        if self.load.mass > 0.0 and self.load.position[0] != 0.0:
+            rule = "must be in the middle (x = 0): left and right steps are mirror images"
+            raise ScenarioError("load.position", rule, list(self.load.position))
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> Scenario:

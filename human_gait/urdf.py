@@ -138,14 +138,15 @@ def _add_fixed(robot: ET.Element, name: str, parent: str, origin: FloatArray) ->
 
 
 def _add_backpack(robot: ET.Element, body: Body, to_dh: FloatArray) -> None:
-    """Hang the load on the thorax, in anatomical axes about its centre."""
+    """Hang the load on the thorax, in anatomical axes about its centre; a force has no mass."""
     thorax = skeleton.SEGMENTS["thorax"]
     turn = anatomical_to_link(body.table)[thorax]
     origin = turn.copy()
     origin[:3, 3] = body.load_com
     link = _add_fixed(robot, "backpack", LINK_NAMES[thorax], constant(to_dh[thorax] @ origin))
     inertia = turn[:3, :3].T @ body.load_inertia @ turn[:3, :3]
-    _add_inertial(link, body.load.mass, np.zeros(3), inertia)
+    if body.load.model == "rigid":
+        _add_inertial(link, body.load.mass, np.zeros(3), inertia)
     visual = ET.SubElement(link, "visual")
     ET.SubElement(ET.SubElement(visual, "geometry"), "box", size=_text(body.load.size))
     ET.SubElement(visual, "material", name="backpack")

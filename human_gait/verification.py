@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from human_gait.body import GRAVITY
 from human_gait.constraints import joint_limits
 from human_gait.contact_plan import ContactPlan
 from human_gait.dh import frames
@@ -155,6 +156,10 @@ def _recursion(gait: Gait, now: Samples) -> FloatArray:
     """Return the torques (K, 55) of the native recursion under the ground reaction."""
     _, A = frames(gait.body.table, now.q)
     loads = [_on_foot(A, now, f, f"foot_{side}") for f, side in enumerate("rl")]
+    load = gait.scenario.load
+    if load.model == "force":
+        weight = load.mass * GRAVITY
+        loads.append(ExternalLoad(SEGMENTS["thorax"], gait.body.load_com, weight, np.zeros(3)))
     return np.asarray(inverse_dynamics(gait.body, now.q, now.v, now.a, loads))
 
 

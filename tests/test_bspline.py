@@ -4,7 +4,7 @@ from scipy.interpolate import BSpline
 from walks import scenario
 
 from human_gait import bspline
-from human_gait.bspline import Basis, expand, fold
+from human_gait.bspline import Basis
 from human_gait.gait import Gait
 from human_gait.program import bspline_trajectory
 from human_gait.skeleton import N_DOF, index, mirror
@@ -14,6 +14,10 @@ BASES = {
     "six control points": Basis.uniform(T, 6),
     "nine control points": Basis.uniform(T, 9),
     "uneven pieces": Basis(T * np.array([0.0, 0.08, 0.3, 0.45, 0.8, 1.0])),
+}
+CLAMPED = {
+    "the paper's five": Basis.uniform(T, 5, mirrored=False),
+    "clamped, uneven": Basis(T * np.array([0.0, 0.2, 0.3, 1.0]), mirrored=False),
 }
 TIMES = np.linspace(0.0, T, 41)
 
@@ -30,7 +34,7 @@ def random_free(basis, seed=0):
 def test_there_are_as_many_functions_as_asked_for():
     for n in (6, 7, 12):
         basis = Basis.uniform(T, n)
-        assert (basis.n_control_points, basis.n_free) == (n, n - bspline.WRAPPED)
+        assert (basis.n_control_points, basis.n_free) == (n, n - bspline.DEGREE)
         assert basis.matrix(TIMES).shape == (len(TIMES), n)
         assert len(basis.knots) == n + bspline.DEGREE + 1
 
@@ -56,7 +60,7 @@ def test_derivatives_are_the_slopes_of_the_functions(basis):
 @pytest.mark.parametrize("order", range(3))
 def test_the_end_of_the_step_mirrors_its_start_for_any_free_control_points(basis, order):
     """Eq. (26) for posture, velocity and acceleration; 1e-13 of the largest is rounding."""
-    first, last = basis.matrix(np.array([0.0, T]), order) @ expand(random_free(basis), L)
+    first, last = basis.matrix(np.array([0.0, T]), order) @ basis.expand(random_free(basis), L)
     expected = mirror(first)
     if order == 0:
         expected[index("pelvis_tz")] += L
@@ -65,7 +69,7 @@ def test_the_end_of_the_step_mirrors_its_start_for_any_free_control_points(basis
 
 def test_expanded_control_points_are_the_free_ones_and_their_mirror_images(basis):
     free = random_free(basis)
-    P = expand(free, L)
+    P = basis.expand(free, L)
     np.testing.assert_array_equal(P[: basis.n_free], free)
     advanced = mirror(free[:3])
     advanced[:, index("pelvis_tz")] += L
@@ -73,25 +77,27 @@ def test_expanded_control_points_are_the_free_ones_and_their_mirror_images(basis
 
 
 def test_folding_is_the_adjoint_of_expanding(basis):
-    """<g, dP> of all control points equals <fold(g), d free> of the free ones."""
+    """<g, dP> of all control points equals <basis.fold(g), d free> of the free ones."""
     rng = np.random.default_rng(1)
     g = rng.normal(size=(5, basis.n_control_points, N_DOF))
     change = rng.normal(size=(basis.n_free, N_DOF))
-    moved = expand(change, L) - expand(np.zeros_like(change), L)
-    whole, folded = np.sum(g * moved, axis=(1, 2)), np.sum(fold(g) * change, axis=(1, 2))
+    moved = basis.expand(change, L) - basis.expand(np.zeros_like(change), L)
+    whole, folded = np.sum(g * moved, axis=(1, 2)), np.sum(basis.fold(g) * change, axis=(1, 2))
     np.testing.assert_allclose(folded, whole, atol=1e-12 * np.abs(g).sum())
 
 
 def test_folding_leaves_its_argument_alone(basis):
     g = np.ones((2, basis.n_control_points, N_DOF))
-    fold(g)
+    basis.fold(g)
     np.testing.assert_array_equal(g, 1.0)
 
 
 @pytest.mark.parametrize("order", range(3))
 def test_the_design_matrix_is_linear_in_the_free_control_points(basis, order):
     change = random_free(basis, seed=2)
-    moved = basis.matrix(TIMES[::8], order) @ (expand(change, L) - expand(0 * change, L))
+    moved = basis.matrix(TIMES[::8], order) @ (
+        basis.expand(change, L) - basis.expand(0 * change, L)
+    )
     found = basis.design(TIMES[::8], order) @ change.ravel()
     np.testing.assert_allclose(found, moved.ravel(), atol=1e-12 * np.abs(moved).max())
 
@@ -99,7 +105,7 @@ def test_the_design_matrix_is_linear_in_the_free_control_points(basis, order):
 def test_a_spline_is_fitted_exactly(basis):
     """1e-9: the least squares of a few hundred equations lose some of the sixteen digits."""
     free = random_free(basis)
-    fitted = basis.fit(TIMES, basis.matrix(TIMES) @ expand(free, L), L)
+    fitted = basis.fit(TIMES, basis.matrix(TIMES) @ basis.expand(free, L), L)
     np.testing.assert_allclose(fitted, free, atol=1e-9)
 
 
@@ -113,7 +119,7 @@ def test_the_knots_go_on_periodically(basis):
 @pytest.mark.parametrize("order", range(3))
 def test_a_drake_trajectory_is_the_same_motion(basis, order):
     """Rounding: Drake evaluates by de Boor, scipy by the basis functions."""
-    gait = Gait(scenario(L / T, L), basis.breaks, expand(random_free(basis), L))
+    gait = Gait(scenario(L / T, L), basis.breaks, basis.expand(random_free(basis), L))
     trajectory = bspline_trajectory(gait)
     assert (trajectory.start_time(), trajectory.end_time()) == (0.0, pytest.approx(T))
     expected = basis.matrix(TIMES[:-1], order) @ gait.control_points
@@ -125,3 +131,47 @@ def test_basis_functions_are_scipys(basis):
     for j in (0, 2, basis.n_control_points - 1):
         alone = BSpline.basis_element(basis.knots[j : j + 5], extrapolate=False)
         np.testing.assert_allclose(np.nan_to_num(alone(TIMES[:-1])), basis.matrix(TIMES[:-1])[:, j])
+
+
+@pytest.mark.parametrize("basis", CLAMPED.values(), ids=CLAMPED)
+def test_a_clamped_basis_starts_and_ends_at_its_control_points(basis):
+    free = random_free(basis)
+    assert basis.n_free == basis.n_control_points
+    ends = basis.matrix(np.array([0.0, T])) @ basis.expand(free, L)
+    np.testing.assert_allclose(ends, free[[0, -1]], atol=1e-14)
+
+
+@pytest.mark.parametrize("basis", CLAMPED.values(), ids=CLAMPED)
+@pytest.mark.parametrize("order", range(2))
+def test_the_rows_of_symmetry_are_what_eq_26_leaves(basis, order):
+    free = random_free(basis)
+    first, last = basis.matrix(np.array([0.0, T]), order) @ free
+    found = basis.symmetry(order) @ free.ravel()
+    np.testing.assert_allclose(found, last - mirror(first), atol=1e-12 * np.abs(last).max())
+
+
+def test_a_mirrored_basis_leaves_nothing_of_eq_26(basis):
+    for order in range(3):
+        rows = basis.symmetry(order)
+        scale = np.abs(basis.matrix(np.zeros(1), order)).max()
+        np.testing.assert_allclose(rows, 0.0, atol=1e-13 * scale)
+
+
+def test_the_longest_pieces_are_halved():
+    finer = Basis(np.array([0.0, 0.1, 0.3, 0.4])).refined(8)
+    np.testing.assert_allclose(finer.breaks, [0.0, 0.05, 0.1, 0.2, 0.3, 0.4])
+    np.testing.assert_allclose(Basis.uniform(T, 7).refined(11).breaks, Basis.uniform(T, 11).breaks)
+
+
+@pytest.mark.parametrize("basis", [*BASES.values(), *CLAMPED.values()])
+@pytest.mark.parametrize("more", [1, 2, 9])
+def test_inserted_knots_leave_the_curves_as_they_are(basis, more):
+    P = basis.expand(random_free(basis), L)
+    finer = basis.refined(basis.n_control_points + more)
+    Q = basis.insert(finer, P, L)
+    assert Q.shape == (basis.n_control_points + more, N_DOF)
+    for order in range(3):
+        before, after = basis.matrix(TIMES, order) @ P, finer.matrix(TIMES, order) @ Q
+        np.testing.assert_allclose(after, before, atol=1e-12 * np.abs(before).max())
+    free = Q[: finer.n_free]
+    np.testing.assert_allclose(finer.expand(free, L), Q, atol=1e-13)

@@ -16,6 +16,8 @@ SCENARIOS = {
     "all torques paid, none weighted": scenario(
         control_points=6, objective={"passive_torques": "none", "weighting": "none"}
     ),
+    "the paper's five control points": scenario(control_points=5, periodicity="velocity"),
+    "a backpack as a force": scenario(control_points=6, load=BACKPACK | {"model": "force"}),
     "uneven grid and phases": scenario(
         control_points=8, intervals=13, phases={"double_support": 0.21, "heel_off": 0.7}
     ),

@@ -21,14 +21,14 @@ def still(**objective):
 def test_it_is_the_integral_of_the_squared_torques():
     """Eq. (18): the same torques for two seconds."""
     now = still(**PLAIN)
-    value, _ = torque_squared(now, 2.0, np.ones(55))
+    value, _ = torque_squared(now, np.array([0.5, 1.0, 0.5]), np.ones(55))
     assert value == pytest.approx(2.0 * np.sum(now.torque.value[0] ** 2), rel=1e-12)
 
 
 def test_partials_are_those_of_a_square():
     now = still()
     weights = np.random.default_rng(0).uniform(0, 2, 55)
-    _, partials = torque_squared(now, 0.6, weights)
+    _, partials = torque_squared(now, np.full(3, 0.2), weights)
     tau = now.muscle_torque
     expected = 0.2 * np.einsum("i,ki,kis->ks", 2 * weights, tau.value, tau.partials)
     np.testing.assert_allclose(partials, expected, rtol=1e-12, atol=1e-12)

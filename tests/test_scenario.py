@@ -132,7 +132,15 @@ def test_scenarios_can_be_hashed_and_pickled(tmp_path):
         (WALK + "[load]\nposition = [0, 1]\n", ["load.position = [0, 1]", "3 numbers"]),
         (WALK + "[load]\nsize = [1, 1, 0]\n", ["load.size", "each from 0.01 to 2 m"]),
         (WALK + "[discretisation]\nintervals = 16.0\n", ["intervals = 16.0", "whole number"]),
-        (WALK + "[discretisation]\ncontrol_points = 4\n", ["control_points = 4", "from 6"]),
+        (WALK + "[discretisation]\ncontrol_points = 4\n", ["control_points = 4", "from 5"]),
+        (
+            WALK + "[load]\nmass = 5.0\nposition = [0.1, 0.0, -0.2]\n",
+            ["load.position", "[0.1, 0.0, -0.2]", "mirror images"],
+        ),
+        (
+            WALK + '[discretisation]\ncontrol_points = 5\nperiodicity = "acceleration"\n',
+            ["control_points = 5", "at least 6"],
+        ),
         (WALK + "[discretisation]\ncontrol_points = true\n", ["control_points", "whole number"]),
         (WALK + '[objective]\nkind = "speed"\n', ["objective.kind", "one of torque_squared"]),
         (WALK + "[phases]\nheel_off = 0.2\n", ["phases.heel_off = 0.2", "must come after"]),
@@ -255,6 +263,10 @@ def settings_of(kind, **narrower):
 
 
 RANGES = st.tuples(st.floats(-20, 20), st.floats(-20, 20)).map(sorted)
+NARROWER = {  # what other settings of the scenario ask for
+    "load": {"position": st.tuples(st.just(0.0), st.floats(-1, 1), st.floats(-1, 1))},
+    "discretisation": {"control_points": st.integers(6, 60)},
+}
 SCENARIOS = st.fixed_dictionaries(
     {
         "name": st.from_regex(r"[a-z][a-z0-9 .+-]{0,9}", fullmatch=True),
@@ -271,7 +283,9 @@ SCENARIOS = st.fixed_dictionaries(
         "limits": st.dictionaries(st.sampled_from(DOF_NAMES), RANGES),
     },
     optional={
-        section: settings_of(kind) for section, kind in sections() if kind not in (Walk, Phases)
+        section: settings_of(kind, **NARROWER.get(section, {}))
+        for section, kind in sections()
+        if kind not in (Walk, Phases)
     },
 )
 

@@ -3,7 +3,7 @@
 from functools import cache
 
 from human_gait.body import make_body
-from human_gait.bspline import Basis, expand
+from human_gait.bspline import Basis
 from human_gait.contact_plan import ContactPlan
 from human_gait.gait import Gait
 from human_gait.initial_guess import initial_guess
@@ -23,4 +23,4 @@ def guessed_gait(load_mass=0.0):
     body = make_body(scenario.subject, scenario.load)
     basis = Basis.uniform(scenario.walk.step_time, 9)
     free = initial_guess(scenario, body, ContactPlan(scenario, body), basis)
-    return Gait(scenario, basis.breaks, expand(free, scenario.walk.step_length))
+    return Gait(scenario, basis.breaks, basis.expand(free, scenario.walk.step_length))

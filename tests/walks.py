@@ -13,6 +13,7 @@ def scenario(
     control_points=7,
     intervals=12,
     dynamics_per_interval=1,
+    periodicity="acceleration",
     **sections,
 ):
     """A coarse scenario; further sections by name, each a table as in a file."""
@@ -21,12 +22,13 @@ def scenario(
         "control_points": control_points,
         "intervals": intervals,
         "dynamics_per_interval": dynamics_per_interval,
+        "periodicity": periodicity,
     }
     tables = {"name": "test", "walk": walk, "discretisation": grid, **sections}
     return Scenario.from_dict(tables)
 
 
-BACKPACK = {"mass": 18.0, "position": [0.02, 0.05, -0.22]}
+BACKPACK = {"mass": 18.0, "position": [0.0, 0.05, -0.22]}
 PEOPLE = {
     "male": scenario(),
     "female": scenario(subject={"sex": "female"}),
