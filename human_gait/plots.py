@@ -36,7 +36,7 @@ DPI = 200
 _FOOT_COLOURS = (RIGHT, LEFT)
 _FOOT_STYLES = ("-", (0, (5, 2)))
 _FOOT_NAMES = ("right foot", "left foot")
-_STYLE: Any = {
+STYLE: Any = {
     "font.size": 9.0,
     "axes.titlesize": 9.5,
     "axes.spines.top": False,
@@ -46,7 +46,7 @@ _STYLE: Any = {
     "legend.frameon": False,
     "savefig.facecolor": "white",
 }
-_CYCLE = "gait cycle from right heel strike [%]"
+CYCLE_LABEL = "gait cycle from right heel strike [%]"
 
 _TORQUES = {
     "hip_extension_Nm_per_kg": ("right hip", "extension +"),
@@ -71,7 +71,8 @@ _FORCES = {
     "foreaft_forward_BW": ("fore-aft", "forward +"),
 }
 
-_STICK_INSTANTS = 9  # of one stride
+_ZMP_SQUARE: Any = {"markersize": 6.0, "markeredgecolor": "white", "markeredgewidth": 0.8}
+_STICK_INSTANTS = 7  # of one stride
 _OBLIQUE = np.array([0.55, 0.40])  # how far right and up one metre to the left is drawn
 
 # Polylines through joint centres; "tip" is the far end of a link.
@@ -92,37 +93,37 @@ def save_plots(gait: Gait, folder: str | Path) -> None:
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     for name, draw in PLOTS.items():
-        with mpl.rc_context(_STYLE):
+        with mpl.rc_context(STYLE):
             draw(gait).savefig(target / f"{name}.png", dpi=DPI)
 
 
 def joint_torques(gait: Gait) -> Figure:
     """Return the torques of the right hip, knee and ankle over the gait cycle (Fig. 8)."""
     columns, mass = gait_cycle(gait), gait.body.subject.mass
-    figure = _figure(6.4, 6.6)
+    figure = new_figure(6.4, 6.6)
     panels = figure.subplots(3, 1, sharex=True)
     for ax, (column, (joint, sign)) in zip(panels, _TORQUES.items(), strict=True):
-        _mark_phases(ax, gait)
+        mark_phases(ax, gait)
         ax.plot(columns["gait_cycle_percent"], columns[column], color=RIGHT)
         ax.set_title(f"{joint}, {sign}", loc="left")
         ax.set_ylabel("torque [N m/kg]")
-        _second_scale(ax, mass, "torque [N m]")
-    _name_phases(panels[0], gait)
-    panels[-1].set_xlabel(_CYCLE)
+        second_scale(ax, mass, "torque [N m]")
+    name_phases(panels[0], gait)
+    panels[-1].set_xlabel(CYCLE_LABEL)
     return figure
 
 
 def joint_angles(gait: Gait) -> Figure:
     """Return the angles of pelvis, trunk and the right limbs over the gait cycle."""
     columns = gait_cycle(gait)
-    figure = _figure(9.6, 6.8)
+    figure = new_figure(9.6, 6.8)
     panels = figure.subplots(3, 4)
     for ax, (column, (joint, sign)) in zip(panels.flat, _ANGLES.items(), strict=False):
-        _mark_phases(ax, gait)
+        mark_phases(ax, gait)
         ax.plot(columns["gait_cycle_percent"], columns[column], color=RIGHT)
         ax.set_title(f"{joint}\n{sign}", loc="left")
         _widen(ax, 10.0)
-    figure.supxlabel(_CYCLE, fontsize=9.0)
+    figure.supxlabel(CYCLE_LABEL, fontsize=9.0)
     figure.supylabel("angle [deg]", fontsize=9.0)
     panels[-1, -1].axis("off")
     panels[-1, -1].legend(handles=_phase_handles(), loc="center left")
@@ -132,19 +133,19 @@ def joint_angles(gait: Gait) -> Figure:
 def ground_reaction(gait: Gait) -> Figure:
     """Return the vertical and the fore-aft ground reaction force of each foot."""
     columns, weight = gait_cycle(gait), gait.body.subject.mass * GRAVITY
-    figure = _figure(6.4, 5.4)
+    figure = new_figure(6.4, 5.4)
     panels = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     for ax, (column, (name, sign)) in zip(panels, _FORCES.items(), strict=True):
-        _mark_phases(ax, gait)
+        mark_phases(ax, gait)
         for f, force in enumerate((columns[column], half_a_cycle_later(columns[column]))):
             style: Any = {"color": _FOOT_COLOURS[f], "linestyle": _FOOT_STYLES[f]}
             ax.plot(columns["gait_cycle_percent"], force, label=_FOOT_NAMES[f], **style)
         ax.set_title(f"{name}, {sign}", loc="left")
         ax.set_ylabel("force [body weights]")
-        _second_scale(ax, weight, "force [N]")
-    _name_phases(panels[0], gait)
+        second_scale(ax, weight, "force [N]")
+    name_phases(panels[0], gait)
     panels[1].legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2)
-    panels[-1].set_xlabel(_CYCLE)
+    panels[-1].set_xlabel(CYCLE_LABEL)
     return figure
 
 
@@ -155,7 +156,7 @@ def half_a_cycle_later(values: FloatArray) -> FloatArray:
 
 def zmp(gait: Gait) -> Figure:
     """Return the ZMP and each foot's centre of pressure on the footprints of one stride."""
-    figure = _figure(9.6, 2.7)
+    figure = new_figure(9.6, 2.7)
     ax = figure.subplots()
     _draw_support(ax, gait)
     _draw_footprints(ax, gait, lambda points: (points[:, 2], points[:, 0]))
@@ -175,17 +176,17 @@ def stick_diagram(gait: Gait) -> Figure:
     """Return stick figures of one stride at even intervals; square dots are the ZMP (Fig. 7)."""
     times = np.linspace(0.0, 2 * gait.step_time, _STICK_INSTANTS)
     instants = gait.instants(times)
-    figure = _figure(9.6, 6.2)
+    figure = new_figure(9.6, 6.2)
     ax = figure.subplots()
     _draw_ruler(ax, gait)
     _draw_footprints(ax, gait, lambda points: project(points).T)
     sticks = stick_figures(gait, instants)
     for k in range(len(times)):
         now = {part: points[k] for part, points in sticks.items()}
-        _draw_sticks(ax, now, gait.body.subject.stature)
+        draw_sticks(ax, now, gait.body.subject.stature)
     path = gait.instants(np.linspace(0.0, times[-1], 201)).zmp
     ax.plot(*project(path).T, color=ZMP, linewidth=1.0)
-    ax.plot(*project(instants.zmp).T, "s", color=ZMP, markersize=5.0, zorder=3)
+    ax.plot(*project(instants.zmp).T, "s", color=ZMP, zorder=3, **_ZMP_SQUARE)
     ax.set_aspect("equal")
     ax.axis("off")
     ax.legend(handles=_stick_handles(gait), loc="lower center", ncols=3, bbox_to_anchor=(0.5, 1.0))
@@ -202,7 +203,7 @@ PLOTS: Mapping[str, Callable[[Gait], Figure]] = {
 """The pictures by the names of their files."""
 
 
-def _figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure, [inch], that does not know pyplot."""
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
@@ -215,7 +216,7 @@ def _events(gait: Gait) -> tuple[float, ...]:
     return both, 50.0, 50.0 + both
 
 
-def _mark_phases(ax: Axes, gait: Gait) -> None:
+def mark_phases(ax: Axes, gait: Gait) -> None:
     """Shade double support, draw right toe-off and the zero line."""
     left_off, left_strike, right_off = _events(gait)
     ax.axvspan(0.0, left_off, color=SHADE, linewidth=0)
@@ -226,7 +227,7 @@ def _mark_phases(ax: Axes, gait: Gait) -> None:
     ax.set_xticks(range(0, 101, 20))
 
 
-def _name_phases(ax: Axes, gait: Gait) -> None:
+def name_phases(ax: Axes, gait: Gait) -> None:
     """Name the phases above the uppermost panel."""
     left_off, left_strike, right_off = _events(gait)
     names = {
@@ -257,7 +258,7 @@ def _phase_handles() -> list[Any]:
     ]
 
 
-def _second_scale(ax: Axes, factor: float, label: str) -> None:
+def second_scale(ax: Axes, factor: float, label: str) -> None:
     """Add a scale at the right that is `factor` times the left one."""
     second = ax.secondary_yaxis(
         "right", functions=(lambda y: np.asarray(y) * factor, lambda y: np.asarray(y) / factor)
@@ -345,28 +346,32 @@ def project(points: FloatArray) -> FloatArray:
     return np.asarray(points[..., [2, 1]] + points[..., :1] * _OBLIQUE)
 
 
-def _draw_sticks(ax: Axes, sticks: Mapping[str, FloatArray], stature: float) -> None:
+def draw_sticks(ax: Axes, sticks: Mapping[str, FloatArray], stature: float) -> None:
     """Draw one stick figure from its polylines (n, 3)."""
     for part, points in sticks.items():
         width = 1.2 if part.startswith(("arm", "foot")) else 1.8
         corners = points[:2] if part == "head" else points
-        ax.plot(*project(corners).T, linewidth=width, solid_capstyle="round", **_side_style(part))
+        ax.plot(*project(corners).T, linewidth=width, solid_capstyle="round", **side_style(part))
     centre = project(sticks["head"][1:].mean(axis=0))
-    ax.add_patch(Circle(tuple(centre), 0.04 * stature, fill=False, linewidth=1.8, color=BLACK))
+    head: dict[str, Any] = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 1.8}
+    ax.add_patch(Circle(tuple(centre), 0.04 * stature, **head))
 
 
-def _side_style(part: str) -> dict[str, Any]:
+def side_style(part: str) -> dict[str, Any]:
+    """Return colour and line of a part of a stick figure: left is blue and dashed."""
     if part.endswith("_r"):
         return {"color": RIGHT}
-    return {"color": LEFT, "alpha": 0.65} if part.endswith("_l") else {"color": BLACK}
+    if part.endswith("_l"):
+        return {"color": LEFT, "alpha": 0.65, "linestyle": (0, (4, 1))}
+    return {"color": BLACK}
 
 
 def _stick_handles(gait: Gait) -> list[Any]:
     every = 2000 * gait.step_time / (_STICK_INSTANTS - 1)
-    square: dict[str, Any] = {"color": ZMP, "marker": "s", "markersize": 5.0, "linewidth": 1.0}
+    square: dict[str, Any] = {"color": ZMP, "marker": "s", "linewidth": 1.0, **_ZMP_SQUARE}
     return [
-        Line2D([], [], label="right leg and arm", **_side_style("leg_r")),
-        Line2D([], [], label="left leg and arm", **_side_style("leg_l")),
+        Line2D([], [], label="right leg and arm", **side_style("leg_r")),
+        Line2D([], [], label="left leg and arm", **side_style("leg_l")),
         Line2D([], [], label=f"ZMP (a figure every {every:.0f} ms)", **square),
     ]
 
@@ -381,7 +386,7 @@ def _draw_ruler(ax: Axes, gait: Gait) -> None:
         unit = " m" if k == len(ticks) - 1 else ""
         place = tuple(project(tick[1]))
         ax.annotate(
-            f"{z:g}{unit}",
+            f"{z:g}{unit}".replace("-", "\N{MINUS SIGN}"),
             place,
             (0, -3),
             textcoords="offset points",

@@ -45,7 +45,7 @@ def compare_figure(cycle: Cycle, measured: Sequence[Reference]) -> Figure:
     axes = figure.subplots(len(PANELS), len(PANELS[0]), sharex=True)
     r = {(s.reference, s.curve): s for source in measured for s in scores(cycle, source)}
     for ax, column in zip(axes.flat, (name for row in PANELS for name in row), strict=True):
-        _panel(ax, column, cycle, measured)
+        draw_column(ax, column, cycle, measured)
         _correlations(ax, column, measured, r)
     for ax in axes[-1]:
         ax.set_xlabel("gait cycle of the right leg [%]")
@@ -54,7 +54,8 @@ def compare_figure(cycle: Cycle, measured: Sequence[Reference]) -> Figure:
     return figure
 
 
-def _panel(ax: Axes, column: str, cycle: Cycle, measured: Sequence[Reference]) -> None:
+def draw_column(ax: Axes, column: str, cycle: Cycle, measured: Sequence[Reference]) -> None:
+    """Draw one column of a gait cycle over the measured means and a band of one SD around each."""
     label, unit = label_and_unit(column)
     ax.set_title(label[0].upper() + label[1:], fontsize=10, loc="left")
     ax.set_ylabel(f"[{unit}]", fontsize=9)
