@@ -2,6 +2,8 @@
 # make normal     the main job: predict normal walking, V = 1.2 m/s, L = 0.7 m -> out/normal/
 # make preferred  predict walking at the step length people prefer -> out/preferred/
 # make play       show out/normal/ in the browser; make play DIR=out/preferred for another result
+# make figures    draw figures 7 to 12 of the paper -> out/figures/, from the results in out/ of
+#                 make normal, make preferred and make scenarios
 # make urdf       write urdf/human.urdf anew
 # make test       run the tests, with coverage
 # make check      lint, format, types, import rules and tests
@@ -23,7 +25,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 export PYTHON
 
-.PHONY: help setup normal preferred play urdf test check pins
+.PHONY: help setup normal preferred play figures urdf test check pins
 
 help:
 	@sed -n '/^#/!q; s/^# \{0,1\}//p' Makefile
@@ -48,6 +50,9 @@ normal preferred: setup
 
 play: setup
 	@$(BIN)/human-gait play $(DIR)
+
+figures: setup
+	@$(BIN)/human-gait figures out
 
 urdf: setup
 	@$(BIN)/human-gait urdf --out urdf/human.urdf

@@ -1,4 +1,4 @@
-"""The command ``human-gait``: predict, play, plot, compare, urdf.
+"""The command ``human-gait``: predict, play, plot, compare, figures, urdf.
 
 Exit codes: 0 done, 1 no solution found or the solve interrupted (its best gait is kept), 2 bad
 input, 130 interrupted elsewhere. An error is one line.
@@ -110,6 +110,26 @@ def compare(folder: ResultFolder) -> None:
     from human_gait.comparison import compare_to_folder
 
     Console().print(compare_to_folder(folder))
+
+
+@app.command()
+def figures(
+    results: Annotated[
+        Path, typer.Argument(metavar="RESULTS_DIR", help="Folder of the result folders.")
+    ] = Path("out"),
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder to write to, else RESULTS_DIR/figures."),
+    ] = None,
+) -> None:
+    """Draw figures 7 to 12 of the paper from the results of its walks."""
+    from human_gait.paper_figures import failed_results, save_figures
+
+    folder = out or results / "figures"
+    files = save_figures(results, folder)
+    for failed in failed_results(results):
+        typer.echo(f"note: {failed}: no walk was found, its best attempt is drawn", err=True)
+    typer.echo(f"wrote {len(files)} files to {folder}")
 
 
 @app.command()
