@@ -97,7 +97,7 @@ class Basis:
         return np.concatenate([free, wrapped])
 
     def fold(self, partials: FloatArray) -> FloatArray:
-        """Return the partials (r, m, 55) in the free control points from those (r, n, 55) in all."""
+        """Return the partials (r, m, 55) in free control points from those (r, n, 55) in all."""
         m = self.n_free
         folded = partials[:, :m].copy()
         for i in range(self.n_control_points - m):

@@ -40,7 +40,7 @@ class CarriedForce:
         return replace(dynamics, torque=Jet(value, partials))
 
     def _wrench(self, dynamics: InverseDynamics, q: FloatArray) -> Jet:
-        """Return force and moment p x f (K, 6) about the world's origin, dp/dq_i = l_i + w_i x p."""
+        """Return force and moment p x f (K, 6) about the origin; dp/dq_i = l_i + w_i x p."""
         _, A = frames(self._table, q)
         p = (A[:, THORAX] @ self._point)[:, :3]
         linear, angular = (part.swapaxes(1, 2) for part in np.split(dynamics.axes, 2, axis=1))

@@ -76,6 +76,9 @@ class ContactPlan:
 
     def __init__(self, scenario: Scenario, body: Body) -> None:
         self.walk, self.phases = scenario.walk, scenario.phases
+        height = scenario.ground.pivot_height * scenario.subject.stature
+        self.spread = 1.0 / height if scenario.ground.sharing == "pivot" else 0.0
+        """How far the forces of both feet lean towards each other, per distance, [1/m]."""
         self.margin = scenario.tolerances.zmp_margin
         self.weight = body.total_mass * GRAVITY
         """Weight of body and load, [N]."""

@@ -10,6 +10,11 @@ ZMP. In double support the feet share it as l1 : l2, by where the ZMP lies along
 (trailing foot) to B (leading foot); d1 and d2 of Eq. (17) are distances along that line. What is
 left, e = ZMP - (l1 A + l2 B), shifts both points alike: R1 at A + e and R2 at B + e are together
 exactly R at the ZMP, and the global DOF stay free of torque.
+
+Forces along AB, h on the trailing foot and -h on the leading one, cancel. Eq. (17) has none: both
+feet then push in parallel, and the hips have to hold the legs against each other. People's forces
+meet near a point above the centre of mass (Maus et al. 2010, Nat Commun 1:70). Forces meet at the
+height H above the ZMP if h = l1 l2 R_y (B - A) / H.
 """
 
 from __future__ import annotations
@@ -69,9 +74,11 @@ def ground_reaction(
     e = zmp - stack([l2 * side for side in (B - A).T]) - A
     pressure = tuple(_where(both, e + point, zmp) for point in (A, B))
     shares = (1.0 - l2, l2)
+    apart = l2 * (1.0 - l2) * R[:, 1] * plan.spread
+    leaning = [stack([apart * side for side in h.T]) for h in (B - A, A - B)]
     wrenches = tuple(
-        _foot_wrench(point, R, yaw_moment, share)
-        for point, share in zip(pressure, shares, strict=True)
+        _foot_wrench(point, R, yaw_moment, share, h)
+        for point, share, h in zip(pressure, shares, leaning, strict=True)
     )
     return GroundReaction(R, zmp, l2, pressure, wrenches)  # type: ignore[arg-type]
 
@@ -121,12 +128,13 @@ def _where(both: BoolArray, first: Jet, second: Jet) -> Jet:
     return Jet(np.where(choose, first.value, second.value), partials)
 
 
-def _foot_wrench(pressure: Jet, R: Jet, yaw_moment: Jet, share: Jet) -> Jet:
-    """Return the share of R and of the vertical moment, acting at the pressure point."""
+def _foot_wrench(pressure: Jet, R: Jet, yaw_moment: Jet, share: Jet, h: Jet) -> Jet:
+    """Return the share of R and of the vertical moment, and h (x and z), at the pressure point."""
     height = Jet(0.0 * yaw_moment.value, 0.0 * yaw_moment.partials)
-    moment = cross(stack([pressure[:, 0], height, pressure[:, 1]]), R)
-    parts = [R[:, 0], R[:, 1], R[:, 2], moment[:, 0], moment[:, 1] + yaw_moment, moment[:, 2]]
-    return stack([part * share for part in parts])
+    force = stack([R[:, 0] * share + h[:, 0], R[:, 1] * share, R[:, 2] * share + h[:, 1]])
+    moment = cross(stack([pressure[:, 0], height, pressure[:, 1]]), force)
+    turned = moment[:, 1] + yaw_moment * share
+    return stack([*(force[:, i] for i in range(3)), moment[:, 0], turned, moment[:, 2]])
 
 
 def _toe_share(ahead: Jet) -> Jet:

@@ -138,7 +138,7 @@ class Discretisation(Section):
     (the paper has ``position``).
     """
 
-    control_points: int = number("per DOF", 5, 60, default=10, source="the paper has 5")
+    control_points: int = number("per DOF", 5, 60, default=8, source="the paper has 5")
     periodicity: str = choice("acceleration", "velocity", "position", default="acceleration")
     intervals: int = number("per step", 12, 400, default=20)
     dynamics_per_interval: int = number(
@@ -184,6 +184,21 @@ class Tolerances(Section):
     pelvis_speed: float = number("m/s", 1e-3, 1.0, default=0.1, source="Eq. 23")
     knee_flexion_deg: float = number("deg", 0.1, 30.0, default=5.0, source="epsilon of Eq. 25")
     arm_leg: float = number("rad^2", 1e-4, 0.2, default=0.01, source="Eq. 27")
+
+
+@section
+class Ground(Section):
+    """How the feet share the ground reaction in double support.
+
+    ``parallel`` is Eq. (17) as printed: both feet push in the direction of the sum. With ``pivot``
+    they push towards one point above the ZMP, as people do: Eq. (17) and a force along the line
+    between the feet that cancels in the sum.
+    """
+
+    sharing: str = choice("pivot", "parallel", default="pivot", source="parallel: Eq. 17")
+    pivot_height: float = number(
+        "statures", 0.3, 5.0, default=0.7, source="above the centre of mass: Maus et al. 2010"
+    )
 
 
 @section
@@ -299,6 +314,7 @@ class Scenario(Section):
     load: Load = field(default_factory=Load)
     discretisation: Discretisation = field(default_factory=Discretisation)
     tolerances: Tolerances = field(default_factory=Tolerances)
+    ground: Ground = field(default_factory=Ground)
     objective: Objective = field(default_factory=Objective)
     posture: Posture = field(default_factory=Posture)
     limits: Limits = field(default_factory=Limits)
