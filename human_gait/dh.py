@@ -120,6 +120,15 @@ def transforms(table: DHTable, q: Array) -> tuple[Array, Array, Array]:
     return T, dT, ddT
 
 
+def twists(table: DHTable) -> FloatArray:
+    """Return the Q_j of dT_j/dq_j = T_j Q_j, (55, 4, 4): constant, the joint seen in its own frame.
+
+    The motion comes first in a DH row, T_j = R(q_j) K_j, hence Q_j = K_j^-1 (Q or E) K_j.
+    """
+    T, dT, _ = transforms(table, np.zeros(skeleton.N_DOF))
+    return constant(inverse(T) @ dT)
+
+
 def frames(table: DHTable, q: Array) -> tuple[Array, Array]:
     """Return P_j = A_p B_j, about whose z axis joint j moves, and A_j = P_j T_j, Eq. (5).
 

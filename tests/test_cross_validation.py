@@ -28,7 +28,11 @@ from human_gait.dynamics import (
 )
 from human_gait.jet import Jet
 from human_gait.model import build_model
-from human_gait.recursive_lagrangian import ExternalLoad, inverse_dynamics
+from human_gait.recursive_lagrangian import (
+    ExternalLoad,
+    inverse_dynamics,
+    inverse_dynamics_derivatives,
+)
 
 N = 20
 TOLERANCE = 1e-10
@@ -91,6 +95,16 @@ def test_gradients_agree_with_pinocchio(body, dynamics, state, loads, k):
     assert relative(tau.value[0] - inverse_dynamics(body, q, v, a, now), tau.value) < TOLERANCE
     for by, found in zip((by_q, by_v, by_a), np.split(tau.partials[0], 3, axis=1), strict=True):
         assert relative(by - found, by) < TOLERANCE
+
+
+def test_sensitivities_agree_with_pinocchio(body, dynamics, state, loads):
+    """Loads constant in the world, their points fixed in the links."""
+    native = inverse_dynamics_derivatives(body, *state, loads)
+    for k in range(N):
+        now = at_instant(loads, k)
+        tau = loaded_torques(body, dynamics, [x[k] for x in state], now)
+        for by, found in zip(native[1:], np.split(tau.partials[0], 3, axis=1), strict=True):
+            assert relative(by[k] - found, found) < TOLERANCE
 
 
 @pytest.mark.parametrize("f", [0, 1], ids=["right foot", "left foot"])

@@ -26,6 +26,13 @@ def test_derivatives_of_the_transformations_match_a_complex_step():
     np.testing.assert_allclose(stepped[1].imag / 1e-30, ddT, atol=1e-15)
 
 
+def test_twists_turn_transformations_into_their_derivatives():
+    T, dT, ddT = dh.transforms(MALE.table, random_states(5)[0])
+    Q = dh.twists(MALE.table)
+    np.testing.assert_allclose(T @ Q, dT, atol=1e-15)
+    np.testing.assert_allclose(T @ Q @ Q, ddT, atol=1e-15)
+
+
 def test_every_joint_axis_is_the_world_axis_of_the_table_at_q_zero():
     P, _ = dh.frames(MALE.table, np.zeros(55))
     rows = [row for row in data.rows("dh_table") if row["kind"] == "joint"]

@@ -81,6 +81,78 @@ def test_a_complex_step_leaves_the_torques_alone():
     np.testing.assert_allclose(stepped.real, tau, rtol=1e-13, atol=1e-11)
 
 
+@pytest.fixture(params=[False, True], ids=["unloaded", "loaded"], scope="module")
+def derived(request):
+    """A body, states, loads and the torques with their sensitivities."""
+    state, loads = random_states(5), random_loads(5) if request.param else []
+    return LOADED, state, loads, rl.inverse_dynamics_derivatives(LOADED, *state, loads)
+
+
+def test_the_torques_beside_the_sensitivities_are_the_torques(derived):
+    body, state, loads, found = derived
+    np.testing.assert_array_equal(found.tau, rl.inverse_dynamics(body, *state, loads))
+
+
+@pytest.mark.parametrize("by", range(3), ids=["q", "v", "a"])
+def test_sensitivities_are_those_of_a_complex_step(derived, by):
+    """1e-12 of the largest: rounding of sums of some hundred terms."""
+    body, state, loads, found = derived
+    for k in range(5):
+        now, carried = [x[k] for x in state], at_instant(loads, k)
+
+        def torques(x, now=now, carried=carried):
+            return rl.inverse_dynamics(body, *now[:by], x, *now[by + 1 :], carried)
+
+        expected = complex_step(torques, now[by])
+        tolerance = 1e-12 * np.abs(expected).max()
+        np.testing.assert_allclose(found[1 + by][k], expected, rtol=0, atol=tolerance)
+
+
+def test_sensitivities_by_acceleration_are_the_mass_matrix(derived):
+    body, (q, _, _), _, found = derived
+    rest, q = np.zeros(55), q[:, None]
+    unit, none = (rl.inverse_dynamics(body, q, rest, a) for a in (np.eye(55), rest))
+    np.testing.assert_allclose(found.dtau_da, unit - none, atol=1e-11)
+    np.testing.assert_allclose(found.dtau_da, np.swapaxes(found.dtau_da, 1, 2), atol=1e-12)
+
+
+def test_separate_branches_do_not_know_of_each_other(derived):
+    *_, found = derived
+    related = np.zeros((55, 55), dtype=bool)
+    for j in range(55):
+        related[j, _path(j)] = related[_path(j), j] = True
+    assert not related[skeleton.index("knee_flexion_r"), skeleton.index("knee_flexion_l")]
+    for by in found[1:]:
+        np.testing.assert_array_equal(by[:, ~related], 0)
+        knee, ankle = skeleton.index("knee_flexion_r"), skeleton.index("ankle_dorsiflexion_r")
+        assert np.all(by[:, knee, ankle] != 0)
+        assert np.all(by[:, ankle, knee] != 0)
+
+
+def test_leading_axes_of_sensitivities_are_instants():
+    q, v, a = random_states(6)
+    loads = random_loads(6)
+    batch = rl.inverse_dynamics_derivatives(MALE, q, v, a, loads)
+    folded = rl.inverse_dynamics_derivatives(MALE, *(x.reshape(2, 3, 55) for x in (q, v, a)))
+    unloaded = rl.inverse_dynamics_derivatives(MALE, q, v, a)
+    for k in range(6):
+        alone = rl.inverse_dynamics_derivatives(MALE, q[k], v[k], a[k], at_instant(loads, k))
+        for together, one in zip(batch, alone, strict=True):
+            np.testing.assert_allclose(together[k], one, rtol=1e-12, atol=1e-11)
+    for together, one in zip(folded, unloaded, strict=True):
+        np.testing.assert_allclose(together.reshape(one.shape), one, rtol=1e-12, atol=1e-11)
+
+
+def test_one_state_may_be_held_against_many_loads():
+    q, v, a = (x[0] for x in random_states(1))
+    loads = random_loads(4)
+    many = rl.inverse_dynamics_derivatives(MALE, q, v, a, loads)
+    for k in range(4):
+        alone = rl.inverse_dynamics_derivatives(MALE, q, v, a, at_instant(loads, k))
+        for together, one in zip(many, alone, strict=True):
+            np.testing.assert_allclose(together[k], one, rtol=1e-12, atol=1e-11)
+
+
 def test_the_engine_is_independent():
     """Only the standard library, numpy, the DH table and the body."""
     imported = set()
