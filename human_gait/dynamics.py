@@ -1,4 +1,4 @@
-"""Inverse dynamics and its gradients by Pinocchio, at many instants.
+"""Inverse dynamics and its gradients at many instants, by Pinocchio or by the paper's recursion.
 
 Forces that are constant in the world enter through the spatial axes of the joints: axis S_i (the
 motion of the body points at the world's origin, linear part first, then angular) takes the torque
@@ -9,17 +9,24 @@ dS_i/dq_k = S_k x S_i.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
+from human_gait import dh
 from human_gait.body import SIDES, Body
 from human_gait.jet import Jet
 from human_gait.model import build_model
+from human_gait.recursive_lagrangian import inverse_dynamics_derivatives
 from human_gait.skeleton import BRANCHES, N_DOF, SEGMENTS
+from human_gait.urdf import link_to_dh
 
 FloatArray = npt.NDArray[np.float64]
+
+ENGINES = ("pinocchio", "dh")
+"""What the dynamics can be computed with: Pinocchio, or the paper's recursion on the DH table."""
 
 ROOT = np.array(BRANCHES["virtual"])
 """Indices of the six global DOF."""
@@ -52,7 +59,27 @@ class InverseDynamics:
     foot_poses: FloatArray
 
 
-class Dynamics:
+class Dynamics(Protocol):
+    """The dynamics of one body."""
+
+    def inverse(self, q: FloatArray, v: FloatArray, a: FloatArray) -> InverseDynamics:
+        """Return torques and partials at K instants, q, v, a (K, 55)."""
+
+
+def make_dynamics(body: Body, engine: str) -> Dynamics:
+    """Return the dynamics of a body by one of ``ENGINES``.
+
+    Raises
+    ------
+    ValueError
+        If there is no such engine.
+    """
+    if engine not in ENGINES:
+        raise ValueError(f"no dynamics is called {engine!r}: choose one of {', '.join(ENGINES)}")
+    return PinocchioDynamics(body) if engine == "pinocchio" else RecursiveDynamics(body)
+
+
+class PinocchioDynamics:
     """The Pinocchio model of one body."""
 
     def __init__(self, body: Body) -> None:
@@ -73,6 +100,29 @@ class Dynamics:
             for place in np.ndindex(FOOT_LINKS.shape):
                 poses[k][place] = data.oMi[int(FOOT_LINKS[place]) + 1].homogeneous
         return InverseDynamics(Jet(tau, partials.reshape(K, N_DOF, -1)), axes, poses)
+
+
+class RecursiveDynamics:
+    """The paper's recursion on the DH table of one body, without Pinocchio."""
+
+    def __init__(self, body: Body) -> None:
+        self.body = body
+        self._to_links = dh.inverse(link_to_dh(body.table))
+
+    def inverse(self, q: FloatArray, v: FloatArray, a: FloatArray) -> InverseDynamics:
+        """Return torques and partials at K instants, q, v, a (K, 55)."""
+        tau, *by_state = inverse_dynamics_derivatives(self.body, q, v, a)
+        P, A = dh.frames(self.body.table, q)
+        poses = A[:, FOOT_LINKS] @ self._to_links[FOOT_LINKS]
+        torque = Jet(tau, np.concatenate(by_state, axis=-1))
+        return InverseDynamics(torque, self._axes(P), poses)
+
+    def _axes(self, P: FloatArray) -> FloatArray:
+        """Return the spatial axes (K, 6, 55): z of P_j = A_p B_j, through the origin of P_j."""
+        z, origin = P[..., :3, 2], P[..., :3, 3]
+        slides = self.body.table.prismatic[:, None]
+        linear, angular = np.where(slides, z, np.cross(origin, z)), np.where(slides, 0.0, z)
+        return np.concatenate([linear, angular], axis=-1).swapaxes(1, 2)
 
 
 def _symmetric(M: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from human_gait.body import make_body
 from human_gait.carried_load import CarriedForce
 from human_gait.contact_plan import ContactPlan
-from human_gait.dynamics import Dynamics
+from human_gait.dynamics import make_dynamics
 from human_gait.feet import Feet, FootMotion
 from human_gait.ground_reaction import GroundReaction, ground_reaction, joint_torques
 from human_gait.jet import Jet
@@ -47,12 +47,19 @@ class Instants:
 
 
 class Walker:
-    """The body of a scenario on the ground of its plan."""
+    """The body of a scenario on the ground of its plan.
 
-    def __init__(self, scenario: Scenario) -> None:
+    Parameters
+    ----------
+    scenario : Scenario
+    dynamics : str
+        One of ``dynamics.ENGINES``.
+    """
+
+    def __init__(self, scenario: Scenario, dynamics: str = "pinocchio") -> None:
         self.body = make_body(scenario.subject, scenario.load)
         self.plan = ContactPlan(scenario, self.body)
-        self._dynamics = Dynamics(self.body)
+        self._dynamics = make_dynamics(self.body, dynamics)
         self._feet = Feet(self.body)
         self._carried = CarriedForce(self.body) if scenario.load.model == "force" else None
         pays_for_all = scenario.objective.passive_torques == "none"

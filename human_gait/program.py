@@ -68,6 +68,8 @@ class GaitProgram:
     Attributes
     ----------
     scenario : Scenario
+    dynamics : str
+        What the dynamics is computed with, one of ``dynamics.ENGINES``.
     basis : Basis
     times : (K,) array, [s]
         The grid of instants. T itself is left out where it is the mirror image of 0.
@@ -80,14 +82,16 @@ class GaitProgram:
         The free control points, row by row, in parts of `unit`.
     """
 
-    def __init__(self, scenario: Scenario, basis: Basis | None = None) -> None:
-        self.scenario = scenario
+    def __init__(
+        self, scenario: Scenario, basis: Basis | None = None, dynamics: str = "pinocchio"
+    ) -> None:
+        self.scenario, self.dynamics = scenario, dynamics
         step_time, grid = scenario.walk.step_time, scenario.discretisation
         n = grid.intervals * grid.dynamics_per_interval
         self.limits = joint_limits(scenario, DOF_NAMES)
         self.basis = basis or Basis.uniform(step_time, grid.control_points, grid.mirrored)
         self.times = np.arange(n + (not grid.mirrored)) * step_time / n
-        self._walker = Walker(scenario)
+        self._walker = Walker(scenario, dynamics)
         self._N = [self.basis.matrix(self.times, order) for order in range(3)]
         self._active = _active_functions(self.basis, self.times)
         self._weights = torque_weights(scenario)
@@ -271,7 +275,9 @@ class GaitProgram:
         return folded.reshape(len(folded), -1)
 
 
-def build_program(scenario: Scenario, basis: Basis | None = None) -> GaitProgram:
+def build_program(
+    scenario: Scenario, basis: Basis | None = None, dynamics: str = "pinocchio"
+) -> GaitProgram:
     """Return the optimisation problem of a scenario.
 
     Parameters
@@ -279,13 +285,17 @@ def build_program(scenario: Scenario, basis: Basis | None = None) -> GaitProgram
     scenario : Scenario
     basis : Basis, optional
         B-splines of the joint angles; by default those of the scenario's discretisation.
+    dynamics : str
+        ``pinocchio``, or ``dh`` for the paper's own recursion: the same numbers, more slowly.
 
     Raises
     ------
     ScenarioError
         If the scenario names a DOF that does not exist.
+    ValueError
+        If there is no such dynamics.
     """
-    return GaitProgram(scenario, basis)
+    return GaitProgram(scenario, basis, dynamics)
 
 
 def bspline_trajectory(gait: Gait) -> BsplineTrajectory:

@@ -7,7 +7,7 @@ from walks import BACKPACK, near_walk, scenario
 
 from human_gait.body import GRAVITY, make_body
 from human_gait.carried_load import THORAX, CarriedForce
-from human_gait.dynamics import Dynamics
+from human_gait.dynamics import PinocchioDynamics
 from human_gait.instant import Walker
 from human_gait.program import build_program
 from human_gait.recursive_lagrangian import ExternalLoad, inverse_dynamics
@@ -21,7 +21,7 @@ RIGID = make_body(SUBJECT, Load(**PACK))
 
 
 def carried(q, v, a):
-    return CarriedForce(FORCE).added(Dynamics(FORCE).inverse(q, v, a), q).torque
+    return CarriedForce(FORCE).added(PinocchioDynamics(FORCE).inverse(q, v, a), q).torque
 
 
 def test_torques_are_those_of_the_recursion_with_an_external_force():
@@ -45,14 +45,14 @@ def test_partials_are_those_of_the_recursion():
 
 def test_standing_still_it_weighs_as_much_as_a_rigid_load():
     q, still = random_states(4)[0], np.zeros((4, 55))
-    rigid = Dynamics(RIGID).inverse(q, still, still).torque.value
+    rigid = PinocchioDynamics(RIGID).inverse(q, still, still).torque.value
     np.testing.assert_allclose(carried(q, still, still).value, rigid, atol=1e-9)
 
 
 def test_it_has_no_inertia():
     """The difference between moving and standing is that of the body alone."""
     q, v, a = random_states(4)
-    alone = Dynamics(make_body(SUBJECT)).inverse
+    alone = PinocchioDynamics(make_body(SUBJECT)).inverse
     moving = carried(q, v, a).value - alone(q, v, a).torque.value
     still = carried(q, 0 * v, 0 * a).value - alone(q, 0 * v, 0 * a).torque.value
     np.testing.assert_allclose(moving, still, atol=1e-9)

@@ -21,7 +21,7 @@ from human_gait import dh, skeleton
 from human_gait.dynamics import (
     CHAINS,
     FOOT_LINKS,
-    Dynamics,
+    PinocchioDynamics,
     load_jet,
     load_torques,
     load_torques_dq,
@@ -54,7 +54,7 @@ def model(body):
 
 @pytest.fixture(scope="module")
 def dynamics(body):
-    return Dynamics(body)
+    return PinocchioDynamics(body)
 
 
 @pytest.fixture(params=[False, True], ids=["unloaded", "loaded"], scope="module")

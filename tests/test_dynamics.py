@@ -6,7 +6,16 @@ import pytest
 from engines import BODIES, random_states
 
 from human_gait import skeleton
-from human_gait.dynamics import CHAINS, FOOT_LINKS, ROOT, Dynamics, load_torques
+from human_gait.dynamics import (
+    CHAINS,
+    ENGINES,
+    FOOT_LINKS,
+    ROOT,
+    PinocchioDynamics,
+    RecursiveDynamics,
+    load_torques,
+    make_dynamics,
+)
 from human_gait.model import build_model
 
 K = 4
@@ -29,7 +38,7 @@ def state():
 
 @pytest.fixture(scope="module")
 def now(body, state):
-    return Dynamics(body).inverse(*state)
+    return PinocchioDynamics(body).inverse(*state)
 
 
 def test_torques_are_those_of_the_recursive_newton_euler_algorithm(model, state, now):
@@ -94,6 +103,30 @@ def test_chains_lead_from_the_world_to_the_toes():
 
 
 def test_instants_do_not_influence_each_other(state, now, body):
-    alone = Dynamics(body).inverse(*(x[2:3] for x in state))
+    alone = PinocchioDynamics(body).inverse(*(x[2:3] for x in state))
     np.testing.assert_array_equal(alone.torque.value[0], now.torque.value[2])
     np.testing.assert_array_equal(alone.torque.partials[0], now.torque.partials[2])
+
+
+@pytest.mark.parametrize("part", ["value", "partials"])
+def test_the_recursion_gives_the_torques_and_partials_of_pinocchio(body, state, now, part):
+    """1e-10 of the largest of each block: five digits are left for rounding."""
+    native = RecursiveDynamics(body).inverse(*state)
+    found, expected = getattr(native.torque, part), getattr(now.torque, part)
+    assert found.shape == expected.shape
+    blocks = 3 if part == "partials" else 1
+    for a, b in zip(*(np.split(x, blocks, axis=-1) for x in (found, expected)), strict=True):
+        np.testing.assert_allclose(a, b, rtol=0, atol=1e-10 * np.abs(b).max())
+
+
+def test_the_recursion_gives_the_axes_and_poses_of_pinocchio(body, state, now):
+    native = RecursiveDynamics(body).inverse(*state)
+    np.testing.assert_allclose(native.axes, now.axes, atol=1e-12)
+    np.testing.assert_allclose(native.foot_poses, now.foot_poses, atol=1e-12)
+
+
+def test_dynamics_go_by_name(body):
+    made = [type(make_dynamics(body, engine)) for engine in ENGINES]
+    assert made == [PinocchioDynamics, RecursiveDynamics]
+    with pytest.raises(ValueError, match="'newton': choose one of pinocchio, dh"):
+        make_dynamics(body, "newton")

@@ -5,7 +5,7 @@ from engines import BODIES, random_states
 from walks import central_difference
 
 from human_gait.body import CONTACT_POINTS
-from human_gait.dynamics import CHAINS, Dynamics
+from human_gait.dynamics import CHAINS, PinocchioDynamics
 from human_gait.feet import Feet
 from human_gait.model import build_model
 
@@ -16,7 +16,8 @@ class Legs:
     """The feet of one body and the reference in plain Pinocchio."""
 
     def __init__(self, body):
-        self.dynamics, self.feet, self.model = Dynamics(body), Feet(body), build_model(body)
+        self.dynamics, self.feet = PinocchioDynamics(body), Feet(body)
+        self.model = build_model(body)
 
     def motion(self, q, v):
         q, v = np.atleast_2d(q), np.atleast_2d(v)

@@ -1,0 +1,68 @@
+"""One problem, whatever its dynamics is computed with."""
+
+import numpy as np
+import pytest
+from walks import BACKPACK, near_walk, scenario
+
+from human_gait.program import build_program
+
+TASKS = {
+    "plain": scenario(control_points=6, objective={"passive_torques": "none"}),
+    "with a backpack": scenario(load=BACKPACK, dynamics_per_interval=2),
+    "with a backpack as a force": scenario(load=BACKPACK | {"model": "force"}),
+}
+TOLERANCE = 1e-9  # of the largest value: rounding, which the ground reaction magnifies
+
+
+class Pair:
+    """A problem with Pinocchio and with the paper's recursion, at a point near a walk."""
+
+    def __init__(self, task):
+        self.programs = [build_program(task, dynamics=name) for name in ("pinocchio", "dh")]
+        self.free = near_walk(self.programs[0])
+
+
+@pytest.fixture(params=TASKS.values(), ids=TASKS, scope="module")
+def pair(request):
+    return Pair(request.param)
+
+
+def assert_same(found, expected, tolerance=TOLERANCE):
+    atol = tolerance * max(np.abs(expected).max(), 1e-3)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=atol)
+
+
+def test_the_program_knows_its_dynamics(pair):
+    assert [program.dynamics for program in pair.programs] == ["pinocchio", "dh"]
+    engines = [type(program._walker._dynamics).__name__ for program in pair.programs]
+    assert engines == ["PinocchioDynamics", "RecursiveDynamics"]
+
+
+def test_the_cost_and_its_gradient_do_not_depend_on_the_engine(pair):
+    (expected, slope), (cost, found) = (program.cost(pair.free) for program in pair.programs)
+    assert cost == pytest.approx(expected, rel=TOLERANCE)
+    assert_same(found, slope)
+
+
+def test_the_constraints_and_their_gradients_do_not_depend_on_the_engine(pair):
+    ours, theirs = pair.programs
+    for one, other in zip(ours.constraints, theirs.constraints, strict=True):
+        expected, found = ours.residual(one, pair.free), theirs.residual(other, pair.free)
+        for part, reference in zip(found, expected, strict=True):
+            assert_same(part, reference)
+
+
+def test_the_units_of_the_variables_do_not_depend_on_the_engine(pair):
+    ours, theirs = pair.programs
+    np.testing.assert_array_equal(ours.unit, theirs.unit)
+
+
+def test_the_torques_do_not_depend_on_the_engine(pair):
+    expected, found = (program.instants(pair.free) for program in pair.programs)
+    assert_same(found.torque.value, expected.torque.value)
+    assert_same(found.muscle_torque.value, expected.muscle_torque.value)
+
+
+def test_an_unknown_dynamics_is_refused():
+    with pytest.raises(ValueError, match="newton"):
+        build_program(TASKS["plain"], dynamics="newton")
