@@ -38,6 +38,13 @@ class SolverName(StrEnum):
     IPOPT = "ipopt"
 
 
+class DynamicsName(StrEnum):
+    """What the dynamics is computed with."""
+
+    PINOCCHIO = "pinocchio"
+    DH = "dh"
+
+
 ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="A scenario, TOML.")]
 ResultFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a result.")]
 
@@ -63,6 +70,9 @@ def options(
 def predict(
     scenario: ScenarioFile,
     solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.SNOPT,
+    dynamics: Annotated[
+        DynamicsName, typer.Option(help="Dynamics: Pinocchio, or the paper's recursion (dh).")
+    ] = DynamicsName.PINOCCHIO,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else out/<scenario>.")
     ] = None,
@@ -74,7 +84,7 @@ def predict(
     from human_gait.prediction import predict_to_folder
 
     try:
-        found = predict_to_folder(task, solver.value, folder)
+        found = predict_to_folder(task, solver.value, folder, dynamics.value)
     except ScenarioError as error:
         raise error.found_in(str(scenario)) from None
     if not found:

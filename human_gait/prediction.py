@@ -30,7 +30,7 @@ PACKAGES = ("human-gait", "drake", "pin", "numpy", "scipy")
 _LINE_EVERY = 25
 
 
-def predict(scenario: Scenario, solver: str = "snopt") -> Gait:
+def predict(scenario: Scenario, solver: str = "snopt", dynamics: str = "pinocchio") -> Gait:
     """Return the predicted gait of a scenario.
 
     Parameters
@@ -38,6 +38,8 @@ def predict(scenario: Scenario, solver: str = "snopt") -> Gait:
     scenario : Scenario
     solver : str
         ``snopt`` or ``ipopt``.
+    dynamics : str
+        ``pinocchio``, or ``dh`` for the paper's own recursion.
 
     Raises
     ------
@@ -45,7 +47,7 @@ def predict(scenario: Scenario, solver: str = "snopt") -> Gait:
         If the solver did not converge or a check fails; it carries the best gait so far, the
         constraints that are not kept and the checks that failed.
     """
-    solution = solve(build_program(scenario), solver)
+    solution = solve(build_program(scenario, dynamics=dynamics), solver)
     failed = [check for check in verify(solution.gait) if not check.passed]
     if not solution.converged or failed:
         raise NoSolutionFound(
@@ -56,16 +58,18 @@ def predict(scenario: Scenario, solver: str = "snopt") -> Gait:
     return solution.gait
 
 
-def predict_to_folder(scenario: Scenario, solver: str, folder: Path) -> bool:
+def predict_to_folder(
+    scenario: Scenario, solver: str, folder: Path, dynamics: str = "pinocchio"
+) -> bool:
     """Predict, verify and write a result; return whether it is a walk.
 
     A solve that fails or is interrupted leaves its best gait and says what is wrong with it.
     """
     console = Console(highlight=False)
-    program = build_program(scenario)
+    program = build_program(scenario, dynamics=dynamics)
     console.print(
         f"{scenario.name}: {len(program.variables)} variables, "
-        f"{program.n_constraint_rows} constraints, {solver}"
+        f"{program.n_constraint_rows} constraints, {solver}, dynamics by {dynamics}"
     )
     with _progress(console) as tell:
         solution = solve(program, solver, tell=tell)
@@ -110,6 +114,7 @@ def _summary(
     return {
         "success": success,
         "solver": solution.solver,
+        "dynamics": program.dynamics,
         "solver_status": solution.status,
         "wall_time_s": solution.wall_time,
         "attempts": solution.attempts,

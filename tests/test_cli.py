@@ -39,8 +39,8 @@ def prediction(replace_room):
     """Let `predict` record its task and succeed, without solving anything."""
     calls = []
 
-    def predict_to_folder(scenario, solver, out):
-        calls.append((scenario.name, solver, out))
+    def predict_to_folder(scenario, solver, out, dynamics):
+        calls.append((scenario.name, solver, out, dynamics))
         return True
 
     replace_room("prediction", predict_to_folder=predict_to_folder)
@@ -85,6 +85,7 @@ def test_a_bad_scenario_is_one_line_and_leaves_nothing_behind(
         (["predict", "missing.toml"], "missing.toml: cannot be read"),
         (["predict", "."], "cannot be read"),
         (["predict", NORMAL, "--solver", "simplex"], "'snopt', 'ipopt'"),
+        (["predict", NORMAL, "--dynamics", "newton"], "'pinocchio', 'dh'"),
         (["predict"], "SCENARIO"),
         (["predict", NORMAL, "extra"], "extra"),
         (["predict", NORMAL, "--frob"], "--frob"),
@@ -110,12 +111,14 @@ def test_a_result_folder_that_cannot_be_made_is_refused_before_solving(here, cap
     assert prediction == []
 
 
-def test_predict_passes_scenario_solver_and_folder_on(here, prediction):
+def test_predict_passes_its_options_on(here, prediction):
     assert cli.run(["predict", NORMAL]) == 0
     assert cli.run(["predict", NORMAL, "--solver", "ipopt", "--out", "new/place"]) == 0
+    assert cli.run(["predict", NORMAL, "--dynamics", "dh"]) == 0
     assert prediction == [
-        ("normal", "snopt", Path("out/normal")),
-        ("normal", "ipopt", Path("new/place")),
+        ("normal", "snopt", Path("out/normal"), "pinocchio"),
+        ("normal", "ipopt", Path("new/place"), "pinocchio"),
+        ("normal", "snopt", Path("out/normal"), "dh"),
     ]
     assert list(here.iterdir()) == []
 
@@ -221,3 +224,12 @@ def test_help_imports_no_solver_viewer_or_plotter():
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
     assert run.stdout.splitlines()[-1] == "[]"
+
+
+def test_the_choices_are_those_of_the_rooms():
+    """They are written down again because importing the rooms takes seconds."""
+    from human_gait.dynamics import ENGINES
+    from human_gait.solver import SOLVERS
+
+    assert tuple(cli.DynamicsName) == ENGINES
+    assert tuple(cli.SolverName) == SOLVERS

@@ -16,9 +16,9 @@ from human_gait.prediction import predict, predict_to_folder
 
 TASK = scenario(control_points=6, load=BACKPACK)
 KEYS = {
-    *("success", "solver", "solver_status", "wall_time_s", "iterations", "evaluations", "cost"),
+    *("success", "solver", "dynamics", "solver_status", "wall_time_s", "iterations", "evaluations"),
     *("n_variables", "n_constraints", "violations", "walking_speed_m_per_s", "step_length_m"),
-    *("body_mass_kg", "load_kg", "versions"),
+    *("cost", "body_mass_kg", "load_kg", "versions"),
 }
 FILES = {"gait.npz", "summary.json", "gait_cycle.csv", "playback.html"}
 
@@ -68,6 +68,7 @@ def test_the_summary_tells_what_was_solved_and_how(summary):
     assert (summary["body_mass_kg"], summary["load_kg"]) == (78.4, 18.0)
     assert (summary["walking_speed_m_per_s"], summary["step_length_m"]) == (1.2, 0.66)
     assert summary["solver"] == "snopt"
+    assert summary["dynamics"] == "pinocchio"
     assert summary["solver_status"].startswith("32")
     assert 0 < summary["iterations"] <= summary["evaluations"] + 1
     assert summary["wall_time_s"] > 0.0
@@ -85,10 +86,12 @@ def test_the_summary_has_the_worst_violation_of_every_constraint(summary):
 
 @pytest.mark.usefixtures("cut_short")
 def test_a_failure_is_explained_and_lines_tell_the_progress(tmp_path, capsys):
-    predict_to_folder(TASK, "snopt", tmp_path)
+    predict_to_folder(TASK, "snopt", tmp_path, "dh")
+    assert json.loads((tmp_path / "summary.json").read_text())["dynamics"] == "dh"
     printed = " ".join(capsys.readouterr().out.split())  # however the lines are folded
     for part in (
         f"{3 * 55} variables",
+        "dynamics by dh",
         "posture 1",
         "cost",
         "worst:",
@@ -105,6 +108,8 @@ def test_a_failure_is_explained_and_lines_tell_the_progress(tmp_path, capsys):
 def test_from_python_a_failure_is_an_exception_that_carries_the_gait():
     with pytest.raises(NoSolutionFound, match="snopt stopped: 32") as caught:
         predict(TASK)
+    with pytest.raises(ValueError, match="newton"):
+        predict(TASK, dynamics="newton")
     assert caught.value.gait.scenario == TASK
     assert np.all(np.isfinite(caught.value.gait.control_points))
     assert {v.name for v in caught.value.report} >= {"contact position", "ZMP stability"}
