@@ -175,7 +175,7 @@ class Tolerances(Section):
     """How closely the optimised motion has to follow the equalities of the paper."""
 
     contact: float = number("m", 1e-4, 0.05, default=0.004, source="Eqs. 20, 21")
-    contact_speed: float = number("m/s", 1e-3, 2.0, default=0.1, source="Eq. 24")
+    contact_speed: float = number("m/s", 1e-3, 2.0, default=0.3, source="Eq. 24")
     load_transfer: float = number(
         "of the load", 0.05, 1.0, default=0.3, source="Eq. 17; 1: in whatever order"
     )
@@ -197,7 +197,11 @@ class Ground(Section):
 
     sharing: str = choice("pivot", "parallel", default="pivot", source="parallel: Eq. 17")
     pivot_height: float = number(
-        "statures", 0.3, 5.0, default=0.7, source="above the centre of mass: Maus et al. 2010"
+        "statures above the ZMP",
+        0.3,
+        5.0,
+        default=1.0,
+        source="above the centre of mass: Maus et al. 2010; effort is least at 0.9 to 1.1",
     )
 
 

@@ -130,12 +130,14 @@ OUTPUTS = {
     "muscle torque": lambda x: x.muscle_torque,
 }
 
-PLAN = Walker(scenario()).plan
+PLAN = Walker(scenario(ground={"sharing": "parallel"})).plan
+PIVOT = Walker(scenario(ground={"sharing": "pivot", "pivot_height": 0.8})).plan
+PIVOT_STATURE = scenario().subject.stature
 MIDDLE = PLAN.phases.double_support / 2 * PLAN.walk.step_time
 FORCE = np.array([30.0, 800.0, -60.0])
 
 
-def by_hand(zmp, times, force=FORCE, yaw_moment=5.0):
+def by_hand(zmp, times, force=FORCE, yaw_moment=5.0, plan=PLAN):
     """The ground reaction for a zero moment point (K, 2) chosen freely."""
     point = np.insert(np.atleast_2d(zmp), 1, 0.0, axis=1)
     moment = np.cross(point, force) + np.array([0.0, yaw_moment, 0.0])
@@ -144,7 +146,7 @@ def by_hand(zmp, times, force=FORCE, yaw_moment=5.0):
     axes = np.tile(np.eye(6, 55), (len(point), 1, 1))
     torque = Jet(wrench, np.zeros((len(point), 55, 165)))
     dynamics = InverseDynamics(torque, axes, np.zeros((len(point), 2, 2, 4, 4)))
-    return ground_reaction(dynamics, PLAN, np.broadcast_to(times, len(point)))
+    return ground_reaction(dynamics, plan, np.broadcast_to(times, len(point)))
 
 
 def along(fractions, time=MIDDLE):
@@ -169,6 +171,31 @@ def test_on_the_line_the_shares_are_those_of_the_paper():
     np.testing.assert_allclose(R2, np.outer(d1 / (d1 + d2), FORCE), rtol=1e-12)
     for pressure, end in zip(ground.pressure, (A, B), strict=True):
         np.testing.assert_allclose(pressure.value, np.broadcast_to(end, (9, 2)), atol=1e-13)
+
+
+def test_forces_of_both_feet_meet_at_the_pivot():
+    """A vertical sum: each force points from its foot to one point above the ZMP."""
+    zmp = along(np.linspace(0.1, 0.9, 5))
+    ground = by_hand(zmp, MIDDLE, force=np.array([0.0, 800.0, 0.0]), plan=PIVOT)
+    pivot = np.insert(zmp, 1, 0.8 * PIVOT_STATURE, axis=1)
+    for pressure, wrench in zip(ground.pressure, ground.wrenches, strict=True):
+        to_pivot = pivot - np.insert(pressure.value, 1, 0.0, axis=1)
+        missed = np.cross(to_pivot, wrench.value[:, :3])
+        np.testing.assert_allclose(missed, 0.0, atol=1e-10)
+
+
+def test_leaning_forces_cancel_in_the_sum():
+    """Force and moment of both feet together, shares and pressure are those of Eq. (17)."""
+    zmp = along(np.linspace(-0.1, 1.1, 7)) + [0.01, 0.0]
+    leaning, parallel = by_hand(zmp, MIDDLE, plan=PIVOT), by_hand(zmp, MIDDLE)
+    sums = [sum(wrench.value for wrench in ground.wrenches) for ground in (leaning, parallel)]
+    np.testing.assert_allclose(*sums, atol=1e-10)
+    for name in ("zmp", "leading_share"):
+        one, other = (getattr(ground, name).value for ground in (leaning, parallel))
+        np.testing.assert_array_equal(one, other)
+    apart = leaning.wrenches[0].value - parallel.wrenches[0].value
+    assert np.abs(apart[3, 2]) > 10.0  # both feet push, and against each other
+    np.testing.assert_allclose(apart[[0, -1]], 0.0, atol=1e-12)  # one foot has nothing to lean on
 
 
 def test_the_vertical_moment_is_shared_like_the_force():
