@@ -1,4 +1,4 @@
-"""The command ``human-gait``: predict, play, plot, compare, figures, urdf.
+"""The command ``human-gait``: predict, refine, play, plot, compare, figures, urdf.
 
 Exit codes: 0 done, 1 no solution found or the solve interrupted (its best gait is kept), 2 bad
 input, 130 interrupted elsewhere. An error is one line.
@@ -38,6 +38,14 @@ class SolverName(StrEnum):
     IPOPT = "ipopt"
 
 
+class SolverChoice(StrEnum):
+    """One solver, or all of them on the same problem."""
+
+    SNOPT = "snopt"
+    IPOPT = "ipopt"
+    BOTH = "both"
+
+
 class DynamicsName(StrEnum):
     """What the dynamics is computed with."""
 
@@ -69,7 +77,9 @@ def options(
 @app.command()
 def predict(
     scenario: ScenarioFile,
-    solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.SNOPT,
+    solver: Annotated[
+        SolverChoice, typer.Option(help="Optimiser; both compares the two.")
+    ] = SolverChoice.SNOPT,
     dynamics: Annotated[
         DynamicsName, typer.Option(help="Dynamics: Pinocchio, or the paper's recursion (dh).")
     ] = DynamicsName.PINOCCHIO,
@@ -81,13 +91,40 @@ def predict(
     task = load_scenario(scenario)
     folder = out or Path("out") / task.name
     check_writable(folder)
-    from human_gait.prediction import predict_to_folder
+    from human_gait.prediction import predict_by_all_solvers, predict_to_folder
 
     try:
-        found = predict_to_folder(task, solver.value, folder, dynamics.value)
+        if solver is SolverChoice.BOTH:
+            found = predict_by_all_solvers(task, folder, dynamics.value)
+        else:
+            found = predict_to_folder(task, solver.value, folder, dynamics.value)
     except ScenarioError as error:
         raise error.found_in(str(scenario)) from None
     if not found:
+        raise typer.Exit(NO_SOLUTION)
+
+
+@app.command()
+def refine(
+    folder: ResultFolder,
+    control_points: Annotated[
+        int | None, typer.Option(metavar="N", help="Control points per DOF, else two more.")
+    ] = None,
+    solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.SNOPT,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Result folder, else DIR-refined.")
+    ] = None,
+) -> None:
+    """Insert knots into a result, which leaves the motion as it is, and solve again from there."""
+    check_result(folder)
+    target = out or folder.with_name(f"{folder.name}-refined")
+    check_writable(target)
+    from human_gait.gait import load_gait
+    from human_gait.prediction import refine_to_folder
+
+    gait = load_gait(folder)
+    n = control_points or gait.basis.n_control_points + 2
+    if not refine_to_folder(gait, n, solver.value, target):
         raise typer.Exit(NO_SOLUTION)
 
 

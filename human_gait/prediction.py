@@ -12,18 +12,23 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from human_gait.agreement import agreement_to_folder
 from human_gait.exceptions import NoSolutionFound
 from human_gait.gait import Gait, save_gait
 from human_gait.gait_cycle import save_gait_cycle
-from human_gait.program import GaitProgram, build_program
+from human_gait.program import GaitProgram, build_program, refined_program
 from human_gait.scenario import Scenario
-from human_gait.solver import FEASIBLE, Iterate, Solution, solve
+from human_gait.solver import FEASIBLE, SOLVERS, Iterate, Solution, posture, solve
 from human_gait.verification import Check, verify
+
+FloatArray = npt.NDArray[np.float64]
 
 SUMMARY = "summary.json"
 PACKAGES = ("human-gait", "drake", "pin", "numpy", "scipy")
@@ -65,14 +70,45 @@ def predict_to_folder(
 
     A solve that fails or is interrupted leaves its best gait and says what is wrong with it.
     """
-    console = Console(highlight=False)
+    return _solve_to_folder(build_program(scenario, dynamics=dynamics), solver, folder)
+
+
+def refine_to_folder(gait: Gait, n_control_points: int, solver: str, folder: Path) -> bool:
+    """Give a gait more control points, solve again from there, and write the new result.
+
+    Raises
+    ------
+    ScenarioError
+        If the gait has as many control points, or more.
+    """
+    program, start = refined_program(gait, n_control_points)
+    return _solve_to_folder(program, solver, folder, start)
+
+
+def predict_by_all_solvers(scenario: Scenario, folder: Path, dynamics: str = "pinocchio") -> bool:
+    """Solve one problem with every solver, each into a folder of its own, and compare.
+
+    All start from the same posture path. Return whether every one found a walk.
+    """
     program = build_program(scenario, dynamics=dynamics)
+    console = Console(highlight=False)
+    with _progress(console) as tell:
+        start = posture(program, tell)
+    found = [_solve_to_folder(program, name, folder / name, start) for name in SOLVERS]
+    console.print(agreement_to_folder(folder, SOLVERS))
+    return all(found)
+
+
+def _solve_to_folder(
+    program: GaitProgram, solver: str, folder: Path, start: FloatArray | None = None
+) -> bool:
+    console = Console(highlight=False)
     console.print(
-        f"{scenario.name}: {len(program.variables)} variables, "
-        f"{program.n_constraint_rows} constraints, {solver}, dynamics by {dynamics}"
+        f"{program.scenario.name}: {len(program.variables)} variables, "
+        f"{program.n_constraint_rows} constraints, {solver}, dynamics by {program.dynamics}"
     )
     with _progress(console) as tell:
-        solution = solve(program, solver, tell=tell)
+        solution = solve(program, solver, start, tell)
     checks = verify(solution.gait)
     success = solution.converged and all(check.passed for check in checks)
     summary = _summary(program, solution, checks, success)

@@ -14,7 +14,7 @@ This is the only place that meets Drake's AutoDiff.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,7 @@ from pydrake.trajectories import BsplineTrajectory
 
 from human_gait.bspline import DEGREE, Basis
 from human_gait.constraints import Constraint, Residual, joint_limits, paper_constraints
+from human_gait.exceptions import ScenarioError
 from human_gait.gait import Gait
 from human_gait.initial_guess import initial_guess
 from human_gait.instant import Instants, Walker
@@ -296,6 +297,35 @@ def build_program(
         If there is no such dynamics.
     """
     return GaitProgram(scenario, basis, dynamics)
+
+
+def refined_program(gait: Gait, n_control_points: int) -> tuple[GaitProgram, FloatArray]:
+    """Return the problem of a gait with more control points, and where to start: the same gait.
+
+    Knots are inserted, so that the curves stay as they are. The constrained grid grows by whole
+    multiples, until there are two intervals to each polynomial piece.
+
+    Parameters
+    ----------
+    gait : Gait
+    n_control_points : int
+        Per DOF.
+
+    Raises
+    ------
+    ScenarioError
+        If these are not more control points than the gait has, or too many.
+    """
+    grid = gait.scenario.discretisation
+    if n_control_points <= gait.basis.n_control_points:
+        allowed = f"must be more than the {gait.basis.n_control_points} there are"
+        raise ScenarioError("discretisation.control_points", allowed, n_control_points)
+    basis = gait.basis.refined(n_control_points)
+    multiple = int(np.ceil(2 * basis.n_pieces / grid.intervals))
+    finer = replace(grid, control_points=n_control_points, intervals=multiple * grid.intervals)
+    scenario = replace(gait.scenario, discretisation=finer)
+    P = gait.basis.insert(basis, gait.control_points, gait.step_length)
+    return build_program(scenario, basis), P[: basis.n_free].ravel()
 
 
 def bspline_trajectory(gait: Gait) -> BsplineTrajectory:

@@ -199,6 +199,15 @@ def solve(
         program.observe = None
 
 
+def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None) -> FloatArray:
+    """Return the posture path that the torque stage starts from first, (m * 55,), by SNOPT."""
+    program.observe = watch = _Watch(program, tell)
+    try:
+        return next(_postures(program, "snopt", watch))
+    finally:
+        program.observe = None
+
+
 def _stages(program: GaitProgram, solver: str, start: FloatArray | None, watch: _Watch) -> Solution:
     starts = iter([start]) if start is not None else _postures(program, solver, watch)
     try:

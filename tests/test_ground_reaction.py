@@ -186,7 +186,7 @@ def test_forces_of_both_feet_meet_at_the_pivot():
 
 def test_leaning_forces_cancel_in_the_sum():
     """Force and moment of both feet together, shares and pressure are those of Eq. (17)."""
-    zmp = along(np.linspace(-0.1, 1.1, 7)) + [0.01, 0.0]
+    zmp = along(np.linspace(-0.1, 1.1, 7)) + np.array([0.01, 0.0])
     leaning, parallel = by_hand(zmp, MIDDLE, plan=PIVOT), by_hand(zmp, MIDDLE)
     sums = [sum(wrench.value for wrench in ground.wrenches) for ground in (leaning, parallel)]
     np.testing.assert_allclose(*sums, atol=1e-10)
