@@ -26,7 +26,7 @@ FEASIBLE = 1e-4
 _OPTIONS: dict[str, dict[str, Any]] = {
     "snopt": {
         "Major feasibility tolerance": 1e-6,
-        "Major optimality tolerance": 5e-4,
+        "Major optimality tolerance": 1e-4,
         "Major iterations limit": 500,
         "Iterations limit": 100_000,
         "Superbasics limit": 2_000,
