@@ -1,9 +1,11 @@
 # make setup      install everything into .venv (the other targets do this by themselves)
 # make normal     the main job: predict normal walking, V = 1.2 m/s, L = 0.7 m -> out/normal/
 # make preferred  predict walking at the step length people prefer -> out/preferred/
+# make backpack   the same walk with 0, 20 and 40 lb on the back -> out/backpack-0/ ...
+# make scenarios  predict every scenario of scenarios/ -> out/<scenario>/, some minutes
+# make paper      all of it: make scenarios, make figures and the comparison with measured people
 # make play       show out/normal/ in the browser; make play DIR=out/preferred for another result
-# make figures    draw figures 7 to 12 of the paper -> out/figures/, from the results in out/ of
-#                 make normal, make preferred and make scenarios
+# make figures    draw figures 7 to 12 of the paper -> out/figures/ from the results in out/
 # make urdf       write urdf/human.urdf anew
 # make test       run the tests, with coverage
 # make check      lint, format, types, import rules and tests
@@ -16,6 +18,8 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 CONSTRAINTS := .ci/constraints.txt
 DIR ?= out/normal
+BACKPACKS := backpack-0 backpack-20 backpack-40
+SCENARIOS := $(basename $(notdir $(wildcard scenarios/*.toml)))
 PYTHONS ?= python3.11 python3.12 python3.13
 
 # Packages of other environments (ROS sets PYTHONPATH) must not mix with those of .venv.
@@ -25,7 +29,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 export PYTHON
 
-.PHONY: help setup normal preferred play figures urdf test check pins
+.PHONY: help setup backpack scenarios paper play figures urdf test check pins $(SCENARIOS)
 
 help:
 	@sed -n '/^#/!q; s/^# \{0,1\}//p' Makefile
@@ -45,8 +49,16 @@ $(STAMP): pyproject.toml $(CONSTRAINTS)
 	    exit 2; }
 	@touch $@
 
-normal preferred: setup
+$(SCENARIOS): setup
 	@$(BIN)/human-gait predict scenarios/$@.toml --out out/$@
+
+backpack: $(BACKPACKS)
+
+scenarios: $(SCENARIOS)
+
+paper: scenarios
+	@$(BIN)/human-gait figures
+	@$(BIN)/human-gait compare out/preferred
 
 play: setup
 	@$(BIN)/human-gait play $(DIR)
