@@ -70,7 +70,7 @@ urdf: setup
 	@$(BIN)/human-gait urdf --out urdf/human.urdf
 
 test: setup
-	@$(BIN)/pytest -n auto --dist loadgroup --cov --cov-report term
+	@$(BIN)/pytest -n auto --dist loadfile --cov --cov-report term
 
 check: setup
 	@$(BIN)/ruff check

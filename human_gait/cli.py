@@ -91,12 +91,14 @@ def predict(
     task = load_scenario(scenario)
     folder = out or Path("out") / task.name
     check_writable(folder)
-    from human_gait.prediction import predict_by_all_solvers, predict_to_folder
-
     try:
         if solver is SolverChoice.BOTH:
+            from human_gait.prediction import predict_by_all_solvers
+
             found = predict_by_all_solvers(task, folder, dynamics.value)
         else:
+            from human_gait.prediction import predict_to_folder
+
             found = predict_to_folder(task, solver.value, folder, dynamics.value)
     except ScenarioError as error:
         raise error.found_in(str(scenario)) from None

@@ -6,9 +6,11 @@ import types
 from pathlib import Path
 
 import pytest
+from walking import guessed_gait
 
 from human_gait import cli
 from human_gait.exceptions import ModelError, NoSolutionFound, ResultError
+from human_gait.gait import save_gait
 
 ROOT = Path(__file__).resolve().parent.parent
 NORMAL = str(ROOT / "scenarios" / "normal.toml")
@@ -45,6 +47,43 @@ def prediction(replace_room):
 
     replace_room("prediction", predict_to_folder=predict_to_folder)
     return calls
+
+
+@pytest.mark.usefixtures("here")
+def test_both_solvers_may_be_asked_for(replace_room):
+    calls = []
+    replace_room(
+        "prediction",
+        predict_by_all_solvers=lambda task, *rest: calls.append((task.name, *rest)) or True,
+    )
+    assert cli.run(["predict", NORMAL, "--solver", "both"]) == 0
+    assert calls == [("normal", Path("out/normal"), "pinocchio")]
+
+
+@pytest.mark.parametrize(
+    ("options", "n", "target"),
+    [([], 11, "walk-refined"), (["--control-points", "14", "--out", "x"], 14, "x")],
+)
+def test_a_result_is_refined(here, replace_room, options, n, target):
+    (here / "walk").mkdir()
+    save_gait(guessed_gait(), here / "walk")
+    calls = []
+    replace_room("prediction", refine_to_folder=lambda _, *rest: calls.append(rest) or True)
+    assert cli.run(["refine", "walk", *options]) == 0
+    assert calls == [(n, "snopt", Path(target))]
+
+
+@pytest.mark.usefixtures("here")
+def test_what_is_no_result_is_not_refined(capsys):
+    assert cli.run(["refine", "nowhere"]) == 2
+    assert_one_line(capsys, "nowhere", "no result here")
+
+
+def test_a_refinement_without_a_walk_ends_with_1(here, replace_room):
+    (here / "walk").mkdir()
+    save_gait(guessed_gait(), here / "walk")
+    replace_room("prediction", refine_to_folder=lambda *_: False)
+    assert cli.run(["refine", "walk"]) == 1
 
 
 def assert_one_line(capsys, *parts):
@@ -233,3 +272,4 @@ def test_the_choices_are_those_of_the_rooms():
 
     assert tuple(cli.DynamicsName) == ENGINES
     assert tuple(cli.SolverName) == SOLVERS
+    assert tuple(cli.SolverChoice) == (*SOLVERS, "both")

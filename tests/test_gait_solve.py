@@ -1,57 +1,35 @@
 """Whole solves of the scenarios that come with the package: is it a walk, and like a person's?"""
 
-import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from solves import solved
 from walks import scenario
 
 from human_gait.constraints import joint_limits
-from human_gait.gait import load_gait
-from human_gait.gait_cycle import load_gait_cycle
-from human_gait.prediction import predict_to_folder
 from human_gait.program import build_program
 from human_gait.reference import references_near, scores
-from human_gait.scenario import load_scenario
-from human_gait.skeleton import DOF_NAMES
+from human_gait.skeleton import DOF_NAMES, index, mirror
 from human_gait.solver import solve
-from human_gait.verification import verify
+from human_gait.verification import _recursion, verify
 
-pytestmark = [pytest.mark.solve, pytest.mark.xdist_group("solve")]
+pytestmark = pytest.mark.solve
 
-SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
 FILES = {"gait.npz", "summary.json", "gait_cycle.csv", "playback.html"}
-LEAST_CORRELATION = {"knee_flexion_deg": 0.9, "hip_flexion_deg": 0.9, "ankle_dorsiflexion_deg": 0.5}
-
-
-class Result:
-    """What a prediction has left in its folder."""
-
-    def __init__(self, name, folder):
-        self.folder = folder
-        self.success = predict_to_folder(load_scenario(SCENARIOS / f"{name}.toml"), "snopt", folder)
-        self.summary = json.loads((folder / "summary.json").read_text())
-        self.gait = load_gait(folder)
-        self.cycle = load_gait_cycle(folder / "gait_cycle.csv")
-
-
-@pytest.fixture(scope="session")
-def solved(tmp_path_factory):
-    """Solve each scenario once, when it is first asked for."""
-    results = {}
-
-    def result(name):
-        if name not in results:
-            results[name] = Result(name, tmp_path_factory.mktemp(name))
-        return results[name]
-
-    return result
+LEAST_CORRELATION = {  # with every measured mean; laboratories agree among themselves above 0.95
+    "hip_flexion_deg": 0.95,
+    "knee_flexion_deg": 0.94,
+    "ankle_dorsiflexion_deg": 0.75,
+    "vertical_up_BW": 0.9,
+    "hip_extension_Nm_per_kg": 0.8,
+    "knee_extension_Nm_per_kg": 0.5,
+    "ankle_plantarflexion_Nm_per_kg": 0.9,
+}
 
 
 @pytest.fixture(params=["normal", "preferred"])
-def result(request, solved):
+def result(request):
     return solved(request.param)
 
 
@@ -139,13 +117,12 @@ def test_the_foot_brakes_first_and_pushes_later(result):
 
 
 @pytest.mark.parametrize("curve", LEAST_CORRELATION)
-def test_preferred_walking_moves_like_people(solved, curve):
-    """Every measured mean over the gait cycle; laboratories agree among themselves above 0.95."""
+def test_preferred_walking_moves_like_people(curve):
     result = solved("preferred")
     found = {
         reference.name: next(s.r for s in scores(result.cycle, reference) if s.curve == curve)
         for reference in references_near(1.2)
-        if curve in reference.curves and not reference.stance_only
+        if curve in reference.curves
     }
     assert found
     assert min(found.values()) >= LEAST_CORRELATION[curve], found
@@ -157,3 +134,50 @@ def test_the_same_scenario_gives_the_same_walk():
     loose = replace(task, tolerances=replace(task.tolerances, contact=0.02, contact_speed=0.5))
     ends = [solve(build_program(loose)).gait.control_points for _ in range(2)]
     np.testing.assert_array_equal(*ends)
+
+
+@pytest.mark.parametrize("name", ["female", "frozen-38", "paper-275"])
+def test_every_other_scenario_is_a_walk(name):
+    result = solved(name)
+    assert result.success
+    assert 45.0 < result.cycle["knee_flexion_deg"].max() < 80.0
+    assert result.cycle["vertical_up_BW"].max() < 1.9
+
+
+def test_the_papers_discretisation_has_as_many_variables_as_the_paper():
+    result = solved("paper-275")
+    assert result.summary["n_variables"] == 275
+    assert "symmetry condition" in result.summary["violations"]
+
+
+def test_frozen_joints_do_not_move():
+    gait = solved("frozen-38").gait
+    frozen = [index(name) for name in gait.scenario.limits.frozen]
+    assert 55 - len(frozen) == 38
+    assert np.abs(gait.q(np.linspace(0.0, gait.step_time, 20))[:, frozen]).max() == 0.0
+
+
+def test_the_mirror_image_of_a_gait_is_a_gait(result):
+    """The next step under its own ground reaction: no force at the root, the mirrored torques."""
+    gait = result.gait
+    t = np.linspace(0.0, gait.step_time, 50, endpoint=False)
+    first, second = gait.instants(t), gait.instants(gait.step_time + t)
+    np.testing.assert_allclose(second.tau, mirror(first.tau), atol=1e-9)
+    torques = _recursion(gait, second)
+    toes = [index("toe_extension_r"), index("toe_extension_l")]
+    apart = np.delete(torques - second.tau, toes, axis=1)
+    assert np.abs(apart).max() < 1e-9 * np.abs(second.tau).max()
+    assert np.abs(torques[:, :6]).max() < 1e-9 * gait.plan.weight
+
+
+def test_more_speed_takes_more_hip_torque():
+    """The same steps, faster."""
+    rms = []
+    for speed in (1.0, 1.4):
+        task = scenario(speed, 0.66, control_points=8, intervals=20)
+        solution = solve(build_program(task))
+        assert solution.converged
+        gait = solution.gait
+        hips = gait.tau(np.linspace(0.0, gait.step_time, 100))[:, [index("hip_flexion_r")]]
+        rms.append(np.sqrt(np.mean(hips**2)))
+    assert rms[1] > 1.1 * rms[0]

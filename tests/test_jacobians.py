@@ -56,13 +56,7 @@ class Problem:
         return np.concatenate([*rows, [self.program.cost(free)[0]]])
 
 
-PARAMETERS = [  # tests of one scenario stay on one worker, which computes its differences once
-    pytest.param(task, id=name, marks=pytest.mark.xdist_group(f"jacobians, {name}"))
-    for name, task in SCENARIOS.items()
-]
-
-
-@pytest.fixture(params=PARAMETERS, scope="module")
+@pytest.fixture(params=SCENARIOS.values(), ids=SCENARIOS, scope="module")
 def problem(request):
     return Problem(request.param)
 

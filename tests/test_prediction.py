@@ -5,14 +5,21 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
+from walking import guessed_gait
 from walks import BACKPACK, scenario
 
 from human_gait import prediction as room
-from human_gait import solver
-from human_gait.exceptions import NoSolutionFound
+from human_gait import solver as solver_room
+from human_gait.exceptions import NoSolutionFound, ScenarioError
 from human_gait.gait import load_gait
 from human_gait.gait_cycle import load_gait_cycle
-from human_gait.prediction import predict, predict_to_folder
+from human_gait.prediction import (
+    predict,
+    predict_by_all_solvers,
+    predict_to_folder,
+    refine_to_folder,
+)
+from human_gait.program import refined_program
 
 TASK = scenario(control_points=6, load=BACKPACK)
 KEYS = {
@@ -27,7 +34,7 @@ FILES = {"gait.npz", "summary.json", "gait_cycle.csv", "playback.html"}
 def cut_short():
     """Stop each stage of SNOPT after one major iteration."""
     with pytest.MonkeyPatch.context() as patch:
-        for options in (solver._OPTIONS, solver._POSTURE_OPTIONS):
+        for options in (solver_room._OPTIONS, solver_room._POSTURE_OPTIONS):
             patch.setitem(options, "snopt", options["snopt"] | {"Major iterations limit": 1})
         yield
 
@@ -113,6 +120,57 @@ def test_from_python_a_failure_is_an_exception_that_carries_the_gait():
     assert caught.value.gait.scenario == TASK
     assert np.all(np.isfinite(caught.value.gait.control_points))
     assert {v.name for v in caught.value.report} >= {"contact position", "ZMP stability"}
+
+
+@pytest.mark.usefixtures("cut_short")
+def test_a_refined_result_starts_at_the_same_motion(tmp_path):
+    gait, starts = guessed_gait(), []
+    with pytest.MonkeyPatch.context() as patch:
+
+        def record(program, solver, start, tell):
+            starts.append(program.gait(start))
+            return solver_room.solve(program, solver, start, tell)
+
+        patch.setattr(room, "solve", record)
+        refine_to_folder(gait, 11, "snopt", tmp_path)
+    t = np.linspace(0.0, gait.step_time, 30)
+    np.testing.assert_allclose(starts[0].q(t), gait.q(t), atol=1e-12)
+    assert load_gait(tmp_path).basis.n_control_points == 11
+
+
+def test_a_result_cannot_be_refined_to_fewer_control_points():
+    with pytest.raises(ScenarioError, match=r"control_points.* more than the 9 there are"):
+        refine_to_folder(guessed_gait(), 9, "snopt", None)
+
+
+def test_refining_keeps_two_intervals_to_a_piece_and_the_old_instants():
+    program, _ = refined_program(guessed_gait(), 20)
+    grid = program.scenario.discretisation
+    assert grid.intervals == 40
+    assert program.basis.n_control_points == 20
+
+
+def test_all_solvers_start_alike_and_are_compared(tmp_path, capsys, monkeypatch):
+    """Cut very short: what counts is what they are given and what is written."""
+    for options in (solver_room._OPTIONS, solver_room._POSTURE_OPTIONS):
+        limits = {"snopt": {"Major iterations limit": 1}, "ipopt": {"max_iter": 1}}
+        for name, limit in limits.items():
+            monkeypatch.setitem(options, name, options[name] | limit)
+    starts = []
+
+    def record(program, solver, start, tell):
+        starts.append((solver, start))
+        return solver_room.solve(program, solver, start, tell)
+
+    monkeypatch.setattr(room, "solve", record)
+    assert predict_by_all_solvers(TASK, tmp_path) is False
+    assert [name for name, _ in starts] == list(solver_room.SOLVERS)
+    np.testing.assert_array_equal(starts[0][1], starts[1][1])
+    for name in solver_room.SOLVERS:
+        assert json.loads((tmp_path / name / "summary.json").read_text())["solver"] == name
+    found = json.loads((tmp_path / "agreement.json").read_text())
+    assert set(found["results"]) == set(solver_room.SOLVERS)
+    assert "ipopt - snopt" in capsys.readouterr().out
 
 
 def test_the_folder_is_made_only_when_there_is_something_to_keep(tmp_path, monkeypatch):

@@ -1,0 +1,30 @@
+"""Whole solves that tests share: each scenario is predicted once per process."""
+
+import json
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+
+from human_gait.gait import load_gait
+from human_gait.gait_cycle import load_gait_cycle
+from human_gait.prediction import predict_to_folder
+from human_gait.scenario import load_scenario
+
+SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
+
+
+class Result:
+    """What a prediction has left in its folder."""
+
+    def __init__(self, name, folder):
+        self.folder = folder
+        self.success = predict_to_folder(load_scenario(SCENARIOS / f"{name}.toml"), "snopt", folder)
+        self.summary = json.loads((folder / "summary.json").read_text())
+        self.gait = load_gait(folder)
+        self.cycle = load_gait_cycle(folder / "gait_cycle.csv")
+
+
+@cache
+def solved(name):
+    """The result of a scenario that comes with the package."""
+    return Result(name, Path(mkdtemp(prefix=f"{name}-")))
