@@ -3,8 +3,8 @@
 A residual has rows; each row belongs to one instant and knows its partials in q, v and a of the
 DOF that it depends on. `program` makes gradients in control points of them.
 
-Eq. (26) needs no row: the splines are symmetric by construction (`bspline`). Eq. (19) bounds the
-control points, whose convex hull holds the curve.
+Eq. (26) needs no row here: the splines are symmetric by construction, or `program` ties their ends
+(`bspline`). Eq. (19) bounds the control points, whose convex hull holds the curve.
 """
 
 from __future__ import annotations

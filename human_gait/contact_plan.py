@@ -26,7 +26,7 @@ HEEL, BALL_MEDIAL, BALL_LATERAL, TOE = range(4)
 
 # Where double support hands the load over (points A and B of Eq. 17), from its start to its end.
 # The paper takes the middle joints of the feet. A foot that stands on its heel alone cannot carry
-# at its middle joint: here A moves under the toes, B from the heel to below the ankle once flat.
+# at its middle joint: here A moves under the toes, B from the heel towards the ankle.
 _TRAILING = (0.15, 0.75, 0.85)  # from ball to toe tip: at strike, ball off and the end
 _LEADING = (0.22, 0.36, 0.90)  # from heel to ankle: at strike, foot flat and the end
 _PAD = 0.11  # of the foot's length: what carries of a heel or of toes that stand alone

@@ -201,7 +201,7 @@ class Ground(Section):
         0.3,
         5.0,
         default=1.0,
-        source="above the centre of mass: Maus et al. 2010; effort is least at 0.9 to 1.1",
+        source="above the centre of mass: Maus et al. 2010; above the centre of mass: Maus et al. 2010",
     )
 
 
@@ -227,7 +227,7 @@ class Posture(Section):
     pelvis_deg: float = number("deg", 0.5, 45.0, default=8.0, source="assumed")
     spine_deg: float = number("deg", 0.5, 45.0, default=4.0, source="assumed, each spine joint")
     neck_deg: float = number("deg", 0.5, 45.0, default=5.0, source="assumed, each neck joint")
-    arms_deg: float = number("deg", 0.5, 180.0, default=35.0, source="assumed, each arm joint")
+    arms_deg: float = number("deg", 0.5, 180.0, default=20.0, source="assumed, each arm joint")
 
 
 @dataclass(frozen=True)

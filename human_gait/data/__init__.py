@@ -10,7 +10,8 @@ def rows(table: str) -> list[dict[str, str]]:
     Parameters
     ----------
     table : str
-        Name without extension: ``anthropometry``, ``dh_table``, ``joint_limits``, ``capsules``.
+        Name without extension: ``anthropometry``, ``dh_table``, ``joint_limits``, ``capsules``,
+        ``passive_joints``.
     """
     text = (files(__name__) / f"{table}.csv").read_text(encoding="utf-8")
     return list(csv.DictReader(text.splitlines()))
