@@ -201,7 +201,7 @@ class Ground(Section):
         0.3,
         5.0,
         default=1.0,
-        source="above the centre of mass: Maus et al. 2010; above the centre of mass: Maus et al. 2010",
+        source="above the centre of mass: Maus et al. 2010",
     )
 
 
