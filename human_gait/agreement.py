@@ -27,7 +27,7 @@ class CurveDifference:
     curve : str
         Name of the column in ``gait_cycle.csv``.
     r : float
-        Correlation; 1 where both are constant.
+        Correlation. If one is constant: 1 if both are the same, else 0.
     rms, largest : float
         Difference over the cycle, in the unit of the curve.
     """
@@ -72,13 +72,18 @@ def _summary(folder: Path) -> dict[str, Any]:
     return {key: summary[key] for key in _SHOWN}
 
 
+def _outcome(name: str, summary: dict[str, Any]) -> str:
+    found = "a walk" if summary["success"] else "no walk"
+    return f"{name}: {found}, cost {summary['cost']:.1f} N2 m2 s ({summary['solver_status']})"
+
+
 def _table(
     names: Sequence[str],
     summaries: dict[str, dict[str, Any]],
     differences: dict[str, list[CurveDifference]],
 ) -> Table:
-    costs = ", ".join(f"{name} {summaries[name]['cost']:.1f} N2 m2 s" for name in names)
-    table = Table(title=f"Cost: {costs}", title_justify="left", box=SIMPLE_HEAD)
+    lines = [_outcome(name, summaries[name]) for name in names]
+    table = Table(title="\n".join(lines), title_justify="left", box=SIMPLE_HEAD)
     for column in ("curve", "solver", "r", "RMS", "largest"):
         table.add_column(column, justify="left" if column in ("curve", "solver") else "right")
     for name, rows in differences.items():

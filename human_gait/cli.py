@@ -113,6 +113,9 @@ def refine(
         int | None, typer.Option(metavar="N", help="Control points per DOF, else two more.")
     ] = None,
     solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.SNOPT,
+    dynamics: Annotated[
+        DynamicsName, typer.Option(help="Dynamics: Pinocchio, or the paper's recursion (dh).")
+    ] = DynamicsName.PINOCCHIO,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else DIR-refined.")
     ] = None,
@@ -125,8 +128,8 @@ def refine(
     from human_gait.prediction import refine_to_folder
 
     gait = load_gait(folder)
-    n = control_points or gait.basis.n_control_points + 2
-    if not refine_to_folder(gait, n, solver.value, target):
+    n = gait.basis.n_control_points + 2 if control_points is None else control_points
+    if not refine_to_folder(gait, n, solver.value, target, dynamics.value):
         raise typer.Exit(NO_SOLUTION)
 
 
@@ -239,7 +242,7 @@ def run(arguments: Sequence[str]) -> int:
     except NoSolutionFound as error:
         return complain(error, NO_SOLUTION)
     except typer.BadParameter as error:
-        return complain(error.format_message(), BAD_INPUT)
+        return complain(error.format_message().replace("Value error, ", ""), BAD_INPUT)
     except (GaitError, typer.TyperException, OSError) as error:
         return complain(error, BAD_INPUT)
     return complain("interrupted", INTERRUPTED) if code == INTERRUPTED else code

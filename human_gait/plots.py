@@ -73,7 +73,7 @@ _FORCES = {
 
 _ZMP_SQUARE: Any = {"markersize": 6.0, "markeredgecolor": "white", "markeredgewidth": 0.8}
 _STICK_INSTANTS = 7  # of one stride
-_OBLIQUE = np.array([0.55, 0.40])  # how far right and up one metre to the left is drawn
+_OBLIQUE = np.array([0.35, 0.20])  # how far right and up one metre to the left is drawn
 
 # Polylines through joint centres; "tip" is the far end of a link.
 _ARM = (

@@ -70,10 +70,12 @@ def predict_to_folder(
 
     A solve that fails or is interrupted leaves its best gait and says what is wrong with it.
     """
-    return _solve_to_folder(build_program(scenario, dynamics=dynamics), solver, folder)
+    return _solve_to_folder(build_program(scenario, dynamics=dynamics), solver, folder)[0]
 
 
-def refine_to_folder(gait: Gait, n_control_points: int, solver: str, folder: Path) -> bool:
+def refine_to_folder(
+    gait: Gait, n_control_points: int, solver: str, folder: Path, dynamics: str = "pinocchio"
+) -> bool:
     """Give a gait more control points, solve again from there, and write the new result.
 
     Raises
@@ -81,27 +83,34 @@ def refine_to_folder(gait: Gait, n_control_points: int, solver: str, folder: Pat
     ScenarioError
         If the gait has as many control points, or more.
     """
-    program, start = refined_program(gait, n_control_points)
-    return _solve_to_folder(program, solver, folder, start)
+    program, start = refined_program(gait, n_control_points, dynamics)
+    return _solve_to_folder(program, solver, folder, start)[0]
 
 
 def predict_by_all_solvers(scenario: Scenario, folder: Path, dynamics: str = "pinocchio") -> bool:
     """Solve one problem with every solver, each into a folder of its own, and compare.
 
-    All start from the same posture path. Return whether every one found a walk.
+    All start from the same posture path. Return whether every one found a walk. An interruption
+    ends it: the solvers that are left are not run and nothing is compared.
     """
     program = build_program(scenario, dynamics=dynamics)
     console = Console(highlight=False)
     with _progress(console) as tell:
         start = posture(program, tell)
-    found = [_solve_to_folder(program, name, folder / name, start) for name in SOLVERS]
+    found = []
+    for name in SOLVERS:
+        success, solution = _solve_to_folder(program, name, folder / name, start)
+        if solution.interrupted:
+            return False
+        found.append(success)
     console.print(agreement_to_folder(folder, SOLVERS))
     return all(found)
 
 
 def _solve_to_folder(
     program: GaitProgram, solver: str, folder: Path, start: FloatArray | None = None
-) -> bool:
+) -> tuple[bool, Solution]:
+    """Solve, verify, write and tell; return whether the result is a walk, and the solution."""
     console = Console(highlight=False)
     console.print(
         f"{program.scenario.name}: {len(program.variables)} variables, "
@@ -117,7 +126,7 @@ def _solve_to_folder(
     console.print(_verdict(solution, success, folder))
     if not success:
         console.print(_failures(solution, checks))
-    return success
+    return success, solution
 
 
 @contextmanager

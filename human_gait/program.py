@@ -249,13 +249,13 @@ class GaitProgram:
     def _unit(self) -> FloatArray:
         """Return the unit (55,) of each DOF's control points from the slopes of the torques.
 
-        With d = sum_i (dtau_i/dP)^2 at the first guess, the diagonal of the Gauss-Newton Hessian
-        of Eq. (18), units d^(-1/2) would give every variable the same curvature. Constraints, in
+        With d = sum_i w_i (dtau_i/dP)^2 at the first guess, the Gauss-Newton diagonal of the
+        objective, units d^(-1/2) would give every variable the same curvature. Constraints, in
         metres for all, want none of it: d^(-1/4) is between the two. Powers of two: no rounding.
         """
         torque = self._evaluated(self.guess()).muscle_torque
         by_order = torque.partials.reshape(*torque.value.shape, 3, N_DOF)
-        squares = np.einsum("kiod,kipd->kopd", by_order, by_order)
+        squares = np.einsum("kiod,kipd,i->kopd", by_order, by_order, self._weights)
         N = np.stack(self._N)
         overlap = np.einsum("okn,pkn->kop", N, N) * COST_SCALE / len(self.times)
         d = np.einsum("kop,kopd->d", overlap, squares)
@@ -299,7 +299,9 @@ def build_program(
     return GaitProgram(scenario, basis, dynamics)
 
 
-def refined_program(gait: Gait, n_control_points: int) -> tuple[GaitProgram, FloatArray]:
+def refined_program(
+    gait: Gait, n_control_points: int, dynamics: str = "pinocchio"
+) -> tuple[GaitProgram, FloatArray]:
     """Return the problem of a gait with more control points, and where to start: the same gait.
 
     Knots are inserted, so that the curves stay as they are. The constrained grid grows by whole
@@ -310,6 +312,8 @@ def refined_program(gait: Gait, n_control_points: int) -> tuple[GaitProgram, Flo
     gait : Gait
     n_control_points : int
         Per DOF.
+    dynamics : str
+        As in `build_program`.
 
     Raises
     ------
@@ -325,7 +329,7 @@ def refined_program(gait: Gait, n_control_points: int) -> tuple[GaitProgram, Flo
     finer = replace(grid, control_points=n_control_points, intervals=multiple * grid.intervals)
     scenario = replace(gait.scenario, discretisation=finer)
     P = gait.basis.insert(basis, gait.control_points, gait.step_length)
-    return build_program(scenario, basis), P[: basis.n_free].ravel()
+    return build_program(scenario, basis, dynamics), P[: basis.n_free].ravel()
 
 
 def bspline_trajectory(gait: Gait) -> BsplineTrajectory:

@@ -103,6 +103,7 @@ class Solution:
     gait : Gait
     converged : bool
         Whether the solver says that its point is feasible and optimal, and the point is feasible.
+        SNOPT's 3 counts: optimal to within a hundred times its tolerance, and no nearer to be had.
     interrupted : bool
     solver, status : str
     iterations, evaluations : int
@@ -200,10 +201,21 @@ def solve(
 
 
 def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None) -> FloatArray:
-    """Return the posture path that the torque stage starts from first, (m * 55,), by SNOPT."""
+    """Return the posture path that the torque stage starts from first, (m * 55,), by SNOPT.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If it is interrupted: there is nothing to keep yet.
+    """
     program.observe = watch = _Watch(program, tell)
     try:
-        return next(_postures(program, "snopt", watch))
+        with _interruptible(watch):
+            return next(_postures(program, "snopt", watch))
+    except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
+        if not watch.stop:
+            raise
+        raise KeyboardInterrupt from None
     finally:
         program.observe = None
 
@@ -211,9 +223,9 @@ def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None)
 def _stages(program: GaitProgram, solver: str, start: FloatArray | None, watch: _Watch) -> Solution:
     starts = iter([start]) if start is not None else _postures(program, solver, watch)
     try:
-        for posture in starts:
+        for path in starts:
             watch.stage, watch.attempts = "torque", watch.attempts + 1
-            free, solved, status = _run(program.prog, solver, posture, {}, program.unit)
+            free, solved, status = _run(program.prog, solver, path, {}, program.unit)
             if solved or _largest(program.violations(free)) <= FEASIBLE:
                 break
     except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
@@ -230,8 +242,8 @@ def _postures(program: GaitProgram, solver: str, watch: _Watch) -> Iterator[Floa
     guess = program.guess()
     for nearness, gentleness in _ATTEMPTS:
         watch.stage = "posture"
-        posture = program.posture_program(guess, nearness, gentleness)
-        yield _run(posture, solver, guess, _POSTURE_OPTIONS[solver], program.unit)[0]
+        easier = program.posture_program(guess, nearness, gentleness)
+        yield _run(easier, solver, guess, _POSTURE_OPTIONS[solver], program.unit)[0]
 
 
 def _run(

@@ -61,6 +61,6 @@ def test_costs_and_curves_are_written_and_shown(folder):
     console = Console(width=200, file=io.StringIO())
     console.print(table)
     text = console.file.getvalue()
-    assert "snopt 4000.0" in text
+    assert "snopt: a walk, cost 4000.0" in text
     assert "ipopt - snopt" in text
     assert "2 deg" in text

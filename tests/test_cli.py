@@ -62,7 +62,11 @@ def test_both_solvers_may_be_asked_for(replace_room):
 
 @pytest.mark.parametrize(
     ("options", "n", "target"),
-    [([], 11, "walk-refined"), (["--control-points", "14", "--out", "x"], 14, "x")],
+    [
+        ([], 11, "walk-refined"),
+        (["--control-points", "14", "--out", "x"], 14, "x"),
+        (["--control-points", "0"], 0, "walk-refined"),
+    ],
 )
 def test_a_result_is_refined(here, replace_room, options, n, target):
     (here / "walk").mkdir()
@@ -70,7 +74,7 @@ def test_a_result_is_refined(here, replace_room, options, n, target):
     calls = []
     replace_room("prediction", refine_to_folder=lambda _, *rest: calls.append(rest) or True)
     assert cli.run(["refine", "walk", *options]) == 0
-    assert calls == [(n, "snopt", Path(target))]
+    assert calls == [(n, "snopt", Path(target), "pinocchio")]
 
 
 @pytest.mark.usefixtures("here")

@@ -173,11 +173,12 @@ def test_on_the_line_the_shares_are_those_of_the_paper():
         np.testing.assert_allclose(pressure.value, np.broadcast_to(end, (9, 2)), atol=1e-13)
 
 
-def test_forces_of_both_feet_meet_at_the_pivot():
-    """A vertical sum: each force points from its foot to one point above the ZMP."""
+@pytest.mark.parametrize("force", [FORCE, np.array([0.0, 800.0, 0.0])])
+def test_forces_of_both_feet_meet_at_the_pivot(force):
+    """Each points from its foot to one point on the line of their sum, H above the ZMP."""
     zmp = along(np.linspace(0.1, 0.9, 5))
-    ground = by_hand(zmp, MIDDLE, force=np.array([0.0, 800.0, 0.0]), plan=PIVOT)
-    pivot = np.insert(zmp, 1, 0.8 * PIVOT_STATURE, axis=1)
+    ground = by_hand(zmp, MIDDLE, force=force, plan=PIVOT)
+    pivot = np.insert(zmp, 1, 0.0, axis=1) + 0.8 * PIVOT_STATURE * force / force[1]
     for pressure, wrench in zip(ground.pressure, ground.wrenches, strict=True):
         to_pivot = pivot - np.insert(pressure.value, 1, 0.0, axis=1)
         missed = np.cross(to_pivot, wrench.value[:, :3])

@@ -162,7 +162,7 @@ def test_loads_are_compared_on_the_same_person_and_walk(results, tmp_path):
     subject = replace(gait.scenario.subject, mass=60.0)
     other = replace(gait, scenario=replace(gait.scenario, subject=subject))
     save_gait(other, tmp_path / "backpack-20")
-    with pytest.raises(ResultError, match="another person or walk"):
+    with pytest.raises(ResultError, match="differs in more than the load"):
         load_results(tmp_path)
 
 

@@ -1,6 +1,7 @@
 """The way from scenario to folder, with solves cut short; `test_gait_solve` lets them finish."""
 
 import json
+import signal
 from importlib.metadata import version
 
 import numpy as np
@@ -171,6 +172,19 @@ def test_all_solvers_start_alike_and_are_compared(tmp_path, capsys, monkeypatch)
     found = json.loads((tmp_path / "agreement.json").read_text())
     assert set(found["results"]) == set(solver_room.SOLVERS)
     assert "ipopt - snopt" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("cut_short")
+def test_an_interruption_ends_the_comparison_of_solvers(tmp_path, monkeypatch):
+    def press(program, solver, start, _):
+        def tell(_):
+            signal.raise_signal(signal.SIGINT)
+
+        return solver_room.solve(program, solver, start, tell)
+
+    monkeypatch.setattr(room, "solve", press)
+    assert predict_by_all_solvers(TASK, tmp_path) is False
+    assert [path.name for path in tmp_path.iterdir()] == ["snopt"]
 
 
 def test_the_folder_is_made_only_when_there_is_something_to_keep(tmp_path, monkeypatch):

@@ -5,6 +5,7 @@ import pytest
 from walks import BACKPACK, near_walk, scenario
 
 from human_gait.program import build_program
+from human_gait.skeleton import index, mirror
 
 TASKS = {
     "plain": scenario(control_points=6, objective={"passive_torques": "none"}),
@@ -66,3 +67,30 @@ def test_the_torques_do_not_depend_on_the_engine(pair):
 def test_an_unknown_dynamics_is_refused():
     with pytest.raises(ValueError, match="newton"):
         build_program(TASKS["plain"], dynamics="newton")
+
+
+@pytest.mark.parametrize(
+    ("periodicity", "n_rows"), [("acceleration", 0), ("position", 55), ("velocity", 110)]
+)
+def test_rows_of_symmetry_hold_for_a_symmetric_clamped_spline(periodicity, n_rows):
+    """Eq. (26): the last posture is the mirrored first one a step further on, and so its rate."""
+    program = build_program(scenario(control_points=6, periodicity=periodicity))
+    matrix, ends = program._symmetry
+    assert matrix.shape == (n_rows, len(program.unit))
+    assert len(ends) == n_rows
+    if n_rows:
+        free = near_walk(program).reshape(-1, 55)
+        free[-1] = mirror(free[0])
+        free[-1, index("pelvis_tz")] += program.scenario.walk.step_length
+        free[-2] = free[-1] - mirror(free[1] - free[0])
+        np.testing.assert_allclose(matrix @ free.ravel(), ends, atol=1e-12)
+        free[-1, 0] += 0.01
+        assert np.abs(matrix @ free.ravel() - ends).max() > 9e-3
+
+
+def test_units_follow_the_weights_of_the_objective():
+    plain, weighted = (
+        build_program(scenario(objective={"weighting": kind})).unit for kind in ("none", "strength")
+    )
+    assert np.any(plain != weighted)
+    np.testing.assert_array_equal(np.log2(plain) % 1.0, 0.0)  # powers of two

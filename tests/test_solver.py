@@ -295,6 +295,12 @@ def test_ctrl_c_before_the_first_point_stops_like_any_program(program, monkeypat
     assert program.observe is None
 
 
+def test_ctrl_c_in_the_posture_path_alone_stops_like_any_program(program):
+    with pytest.raises(KeyboardInterrupt):
+        room.posture(program, Interrupt(2))
+    assert program.observe is None
+
+
 def test_a_mistake_in_what_is_told_is_not_taken_for_an_interruption(program, solver):
     handler = signal.getsignal(signal.SIGINT)
 
