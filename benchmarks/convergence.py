@@ -4,8 +4,8 @@
 
 Solves preferred walking with 5 to 12 control points per DOF: cold, from the program's own guess,
 and warm, by knot insertion from the warm result with one less (as ``human-gait refine`` does). 5
-are clamped, with velocities tied; 5 and 6 have the wider tolerances of the paper's discretisation.
-A case whose numbers are in DIR is not solved again.
+and 6 are clamped, with velocities tied and the wider tolerances of ``paper-275``: mirrored splines
+of 3 free control points cannot follow the feet. A case with numbers in DIR is not solved again.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from human_gait.verification import verify
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
 NUMBERS = range(5, 13)
-FEW = 6  # up to here the splines are too stiff for the default tolerances
+FEW = 6  # up to here clamped splines
 DENSE = {
     "footholds": "standing points off their footholds",
     "penetration": "depth below the ground",
@@ -50,11 +50,10 @@ MARKERS = "os^D"
 def task(n: int) -> Scenario:
     """Return preferred walking with n control points per DOF."""
     scenario, paper = (load_scenario(SCENARIOS / f"{x}.toml") for x in ("preferred", "paper-275"))
-    clamped = n == paper.discretisation.control_points
-    periodicity = (paper if clamped else scenario).discretisation.periodicity
+    like = paper if n <= FEW else scenario
+    periodicity = like.discretisation.periodicity
     grid = replace(scenario.discretisation, control_points=n, periodicity=periodicity)
-    tolerances = paper.tolerances if n <= FEW else scenario.tolerances
-    return replace(scenario, discretisation=grid, tolerances=tolerances)
+    return replace(scenario, discretisation=grid, tolerances=like.tolerances)
 
 
 def measured(n: int, start: str, solution: Solution) -> dict[str, Any]:
