@@ -1,8 +1,10 @@
 """Whole solves that tests share: each scenario is predicted once per process."""
 
+import atexit
 import json
 from functools import cache
 from pathlib import Path
+from shutil import rmtree
 from tempfile import mkdtemp
 
 from human_gait.gait import load_gait
@@ -27,4 +29,6 @@ class Result:
 @cache
 def solved(name):
     """The result of a scenario that comes with the package."""
-    return Result(name, Path(mkdtemp(prefix=f"{name}-")))
+    folder = Path(mkdtemp(prefix=f"{name}-"))
+    atexit.register(rmtree, folder, ignore_errors=True)
+    return Result(name, folder)
