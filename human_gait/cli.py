@@ -1,7 +1,7 @@
-"""The command ``human-gait``: predict, refine, play, plot, compare, figures, urdf.
+"""The command ``human-gait``: predict, refine, verify, play, plot, compare, figures, urdf.
 
-Exit codes: 0 done, 1 no solution found or the solve interrupted (its best gait is kept), 2 bad
-input, 130 interrupted elsewhere. An error is one line.
+Exit codes: 0 done, 1 no solution found, no walk or the solve interrupted (its best gait is kept), 2
+bad input, 130 interrupted elsewhere. An error is one line.
 Solvers, plots and viewers are imported by the command that needs them: ``--help`` stays quick.
 """
 
@@ -131,6 +131,16 @@ def refine(
     gait = load_gait(folder)
     n = gait.basis.n_control_points + 2 if control_points is None else control_points
     if not refine_to_folder(gait, n, solver.value, target, dynamics.value):
+        raise typer.Exit(NO_SOLUTION)
+
+
+@app.command()
+def verify(folder: ResultFolder) -> None:
+    """Check from its file alone whether a result is a walk."""
+    check_result(folder)
+    from human_gait.prediction import verify_folder
+
+    if not verify_folder(folder):
         raise typer.Exit(NO_SOLUTION)
 
 

@@ -167,11 +167,13 @@ class ContactPlan:
         foothold = self.ankles[side] + np.array([0.0, 0.0, forward])
         return side, foothold + self.feet[side].outline
 
-    def support_polygon(self, time: float) -> FloatArray:
-        """Return the corners (n, 2) of the foot support region, x and z, [m], at 0 <= t <= T."""
+    def support_polygon(self, time: float, feet: tuple[int, ...] = (RIGHT, LEFT)) -> FloatArray:
+        """Return the corners (n, 2) of the support region of feet, x and z, [m], at 0 <= t <= T.
+
+        Of both it is the foot support region. At least one of `feet` has to stand.
+        """
         touching = self.contact(np.array([time]))[0]
-        parts = [self._standing_corners(f, touching[f]) for f in (RIGHT, LEFT)]
-        return _hull(np.concatenate(parts))
+        return _hull(np.concatenate([self._standing_corners(f, touching[f]) for f in feet]))
 
     def _standing_corners(self, f: int, touching: BoolArray) -> FloatArray:
         """Return the corners of the parts of a foot that stand; alone, heel and toes are pads."""

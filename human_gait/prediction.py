@@ -21,7 +21,7 @@ from rich.text import Text
 
 from human_gait.agreement import agreement_to_folder
 from human_gait.exceptions import NoSolutionFound
-from human_gait.gait import Gait, save_gait
+from human_gait.gait import Gait, load_gait, save_gait
 from human_gait.gait_cycle import save_gait_cycle
 from human_gait.program import GaitProgram, build_program, refined_program
 from human_gait.scenario import Scenario
@@ -30,7 +30,7 @@ from human_gait.verification import Check, verify
 
 FloatArray = npt.NDArray[np.float64]
 
-SUMMARY = "summary.json"
+SUMMARY, VERIFICATION = "summary.json", "verification.json"
 PACKAGES = ("human-gait", "drake", "pin", "numpy", "scipy")
 _LINE_EVERY = 25
 
@@ -127,6 +127,23 @@ def _solve_to_folder(
     if not success:
         console.print(_failures(solution, checks))
     return success, solution
+
+
+def verify_folder(folder: Path) -> bool:
+    """Check the gait of a result anew, from the file alone; return whether it is a walk.
+
+    Prints the table of checks and writes it to ``verification.json``.
+
+    Raises
+    ------
+    ResultError
+        If there is no gait that can be read.
+    """
+    checks = verify(load_gait(folder))
+    found = {check.name: {**asdict(check), "passed": check.passed} for check in checks}
+    (folder / VERIFICATION).write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+    Console(highlight=False).print(_check_table(checks))
+    return all(check.passed for check in checks)
 
 
 @contextmanager

@@ -18,6 +18,10 @@ from human_gait.skeleton import DOF_NAMES, SEGMENTS, index, mirror
 FloatArray = npt.NDArray[np.float64]
 
 REFINEMENT = 10
+FRICTION = 0.5
+"""Coefficient of friction that dry floors reach; people walking on the level need about 0.2."""
+
+_LOADED = 0.05  # of the weight
 _TOES = [index(f"toe_extension_{side}") for side in "rl"]
 
 
@@ -64,9 +68,11 @@ def verify(gait: Gait) -> list[Check]:
         _footholds(gait.plan, now),
         _penetration(now),
         _zmp(gait.plan, now),
+        _pressure(gait.plan, now),
         _balance(gait, now, torques),
         _torques(now, torques),
         _no_pull(gait, now),
+        _friction(gait.plan, now),
         _mean_force(gait, now),
         *_periodicity(gait),
     ]
@@ -108,6 +114,21 @@ def _zmp(plan: ContactPlan, now: Samples) -> Check:
     return _worst("ZMP outside the foot support region", "m", 0.01, np.array(outside), now.t)
 
 
+def _pressure(plan: ContactPlan, now: Samples) -> Check:
+    """The centre of pressure of each loaded foot is under the part of it that stands."""
+    outside = np.zeros((len(now.t), 2))
+    within = plan.fraction(now.t) < 1.0  # at T the next step begins, the mirror image of 0
+    for k, f in np.argwhere(_loaded(plan, now) & within[:, None]):
+        polygon = plan.support_polygon(now.t[k], (int(f),))
+        outside[k, f] = _distance_outside(polygon, now.cop[k, f, [0, 2]])
+    return _worst("pressure outside its foot", "m", 0.01, outside, now.t)
+
+
+def _loaded(plan: ContactPlan, now: Samples) -> npt.NDArray[np.bool_]:
+    """Return (K, 2) true for feet with enough force on them to speak of its place and direction."""
+    return np.asarray(now.grf[..., 1] > _LOADED * plan.weight)
+
+
 def _balance(gait: Gait, now: Samples, torques: FloatArray) -> Check:
     """The ground reaction nulls the forces and moments of the global DOF, Eq. (17)."""
     weight = gait.plan.weight
@@ -127,6 +148,14 @@ def _no_pull(gait: Gait, now: Samples) -> Check:
     """The ground does not pull at a foot."""
     pull = np.maximum(-now.grf[..., 1], 0.0) / gait.plan.weight
     return _worst("ground pulling at a foot", "of weight", 0.0, pull, now.t)
+
+
+def _friction(plan: ContactPlan, now: Samples) -> Check:
+    """The floor holds the feet: horizontal force of each against its vertical force."""
+    loaded = _loaded(plan, now)
+    horizontal = np.linalg.norm(now.grf[..., [0, 2]], axis=-1)
+    needed = np.where(loaded, horizontal / np.where(loaded, now.grf[..., 1], 1.0), 0.0)
+    return _worst("friction needed", "of vertical force", FRICTION, needed, now.t)
 
 
 def _mean_force(gait: Gait, now: Samples) -> Check:

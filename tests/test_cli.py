@@ -90,6 +90,15 @@ def test_a_refinement_without_a_walk_ends_with_1(here, replace_room):
     assert cli.run(["refine", "walk"]) == 1
 
 
+@pytest.mark.parametrize(("walks", "code"), [(True, 0), (False, 1)])
+def test_a_result_is_verified(here, replace_room, walks, code):
+    (here / "walk").mkdir()
+    save_gait(guessed_gait(), here / "walk")
+    replace_room("prediction", verify_folder=lambda folder: walks and folder == Path("walk"))
+    assert cli.run(["verify", "walk"]) == code
+    assert cli.run(["verify", "nowhere"]) == 2
+
+
 def assert_one_line(capsys, *parts):
     captured = capsys.readouterr()
     assert captured.out == ""

@@ -12,13 +12,14 @@ from walks import BACKPACK, scenario
 from human_gait import prediction as room
 from human_gait import solver as solver_room
 from human_gait.exceptions import NoSolutionFound, ScenarioError
-from human_gait.gait import load_gait
+from human_gait.gait import load_gait, save_gait
 from human_gait.gait_cycle import load_gait_cycle
 from human_gait.prediction import (
     predict,
     predict_by_all_solvers,
     predict_to_folder,
     refine_to_folder,
+    verify_folder,
 )
 from human_gait.program import refined_program
 
@@ -172,6 +173,16 @@ def test_all_solvers_start_alike_and_are_compared(tmp_path, capsys, monkeypatch)
     found = json.loads((tmp_path / "agreement.json").read_text())
     assert set(found["results"]) == set(solver_room.SOLVERS)
     assert "ipopt - snopt" in capsys.readouterr().out
+
+
+def test_a_result_is_checked_anew_from_its_file(tmp_path, capsys):
+    """A guess is no walk; the file says so and why."""
+    save_gait(guessed_gait(), tmp_path)
+    assert verify_folder(tmp_path) is False
+    found = json.loads((tmp_path / "verification.json").read_text())
+    assert found["forces and moments left at the root"]["passed"] is True
+    assert found["standing points off their footholds"]["passed"] is False
+    assert "FAILED" in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("cut_short")

@@ -29,6 +29,7 @@ ZMP = "ZMP outside the foot support region"
 BALANCE = "forces and moments left at the root"
 ENGINES = "torques of the two engines apart"
 PULL = "ground pulling at a foot"
+PRESSURE, FRICTION = "pressure outside its foot", "friction needed"
 MEAN = "mean vertical force against weight"
 POSTURE, VELOCITY = "posture not periodic", "velocity not periodic"
 
@@ -140,6 +141,36 @@ def test_a_ground_that_pulls_is_seen():
     assert not check.passed
     assert check.value == pytest.approx(0.01)
     assert check.time == now.t[7]
+
+
+def test_a_slippery_force_is_seen():
+    """Half as much again as a dry floor holds, on the left foot in the middle of the step."""
+    now = instants()
+    grf, k = now.grf.copy(), 12
+    grf[..., [0, 2]] = 0.0
+    assert room._friction(GAIT.plan, dataclasses.replace(now, grf=grf)).value == 0.0
+    grf[k, 1, 2] = -1.5 * room.FRICTION * grf[k, 1, 1]
+    check = room._friction(GAIT.plan, dataclasses.replace(now, grf=grf))
+    assert not check.passed
+    assert check.value == pytest.approx(1.5 * room.FRICTION)
+    assert check.time == now.t[k]
+
+
+@pytest.mark.parametrize(("foot", "k"), [(1, 12), (0, 2)])
+def test_pressure_beside_a_foot_is_seen(foot, k):
+    """Half of the weight 20 cm beside the middle of a foot; without load it is nothing."""
+    now = instants()
+    cop, grf = GAIT.plan.footholds.mean(axis=1) + np.zeros((25, 2, 3)), 0.0 * now.grf
+    cop[:, 0, 2] = GAIT.plan.footholds[0, 3, 2] - 0.01  # the trailing foot stands on its toes
+    grf[k, foot, 1] = 0.5 * GAIT.plan.weight
+    put = dataclasses.replace(now, cop=cop, grf=grf)
+    assert room._pressure(GAIT.plan, put).passed
+    cop[k, foot, 0] += 0.2
+    check = room._pressure(GAIT.plan, dataclasses.replace(now, cop=cop, grf=grf))
+    assert not check.passed
+    assert 0.14 < check.value < 0.19
+    assert check.time == now.t[k]
+    assert room._pressure(GAIT.plan, dataclasses.replace(now, cop=cop, grf=0.0 * grf)).passed
 
 
 def test_a_ground_that_carries_too_much_is_seen():
