@@ -150,10 +150,11 @@ def figure(cases: list[dict[str, Any]]) -> Figure:
         panel.set_title(title, loc="left")
         panel.set_ylabel(unit)
         panel.grid(alpha=0.3)
-        panel.legend(frameon=False)
+        panel.legend(frameon=False, ncols=2 if panel is panels[2] else 1)
     for panel in panels[2:]:
         panel.set_xlabel("control points per DOF")
     panels[0].set_ylim(bottom=0.0)
+    panels[2].set_ylim(0.0, 15.0)
     return drawn
 
 
