@@ -13,6 +13,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from human_gait.gait_cycle import label_and_unit, load_gait_cycle
+from human_gait.reference import correlation
 
 FILE = "agreement.json"
 _SHOWN = ("success", "solver_status", "cost", "wall_time_s", "evaluations")
@@ -62,8 +63,9 @@ def curve_differences(first: Path, second: Path) -> list[CurveDifference]:
 
 def _difference(name: str, one: Any, other: Any) -> CurveDifference:
     apart = np.abs(one - other)
-    varies = min(np.std(one), np.std(other)) > 0.0
-    r = float(np.corrcoef(one, other)[0, 1]) if varies else float(np.allclose(one, other))
+    r = correlation(one, other)
+    if np.isnan(r):
+        r = float(np.allclose(one, other))
     return CurveDifference(name, r, float(np.sqrt(np.mean(apart**2))), float(apart.max()))
 
 

@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from human_gait.body import GRAVITY, Body
-from human_gait.dh import frames
+from human_gait.dh import frames, paths
 from human_gait.dynamics import InverseDynamics, load_jet
 from human_gait.jet import Jet
-from human_gait.skeleton import N_DOF, PARENT, SEGMENTS
+from human_gait.skeleton import N_DOF, SEGMENTS
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -29,7 +29,7 @@ class CarriedForce:
         self._table = body.table
         self._point = np.append(body.load_com, 1.0)
         self._force = body.load.mass * GRAVITY
-        self._chain = _path(THORAX)
+        self._chain = np.array(paths(body.table)[THORAX])
 
     def added(self, dynamics: InverseDynamics, q: FloatArray) -> InverseDynamics:
         """Return the inverse dynamics of a body that carries the force, at postures q (K, 55)."""
@@ -49,11 +49,3 @@ class CarriedForce:
         partials = np.zeros((len(q), 6, 3 * N_DOF))
         partials[:, 3:, self._chain] = np.cross(moved, self._force).swapaxes(1, 2)
         return Jet(np.concatenate([force, np.cross(p, force)], axis=1), partials)
-
-
-def _path(link: int) -> npt.NDArray[np.intp]:
-    """Return the DOF that move a link, from the world on."""
-    path = [link]
-    while PARENT[path[0]] >= 0:
-        path.insert(0, int(PARENT[path[0]]))
-    return np.array(path)

@@ -55,6 +55,9 @@ class DynamicsName(StrEnum):
 
 
 ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="A scenario, TOML.")]
+Engine = Annotated[
+    DynamicsName, typer.Option(help="Dynamics: Pinocchio, or the paper's recursion (dh).")
+]
 ResultFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a result.")]
 
 
@@ -81,9 +84,7 @@ def predict(
     solver: Annotated[
         SolverChoice, typer.Option(help="Optimiser; both compares the two.")
     ] = SolverChoice.SNOPT,
-    dynamics: Annotated[
-        DynamicsName, typer.Option(help="Dynamics: Pinocchio, or the paper's recursion (dh).")
-    ] = DynamicsName.PINOCCHIO,
+    dynamics: Engine = DynamicsName.PINOCCHIO,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else out/<scenario>.")
     ] = None,
@@ -114,9 +115,7 @@ def refine(
         int | None, typer.Option(metavar="N", help="Control points per DOF, else two more.")
     ] = None,
     solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.SNOPT,
-    dynamics: Annotated[
-        DynamicsName, typer.Option(help="Dynamics: Pinocchio, or the paper's recursion (dh).")
-    ] = DynamicsName.PINOCCHIO,
+    dynamics: Engine = DynamicsName.PINOCCHIO,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else DIR-refined.")
     ] = None,

@@ -129,6 +129,14 @@ def twists(table: DHTable) -> FloatArray:
     return constant(inverse(T) @ dT)
 
 
+def paths(table: DHTable) -> list[list[int]]:
+    """Return the joints that move each link, from the base to the link's own joint."""
+    found: list[list[int]] = []
+    for j, p in enumerate(table.parent):
+        found.append([*(found[p] if p >= 0 else []), j])
+    return found
+
+
 def frames(table: DHTable, q: Array) -> tuple[Array, Array]:
     """Return P_j = A_p B_j, about whose z axis joint j moves, and A_j = P_j T_j, Eq. (5).
 

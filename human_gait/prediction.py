@@ -140,8 +140,8 @@ def verify_folder(folder: Path) -> bool:
         If there is no gait that can be read.
     """
     checks = verify(load_gait(folder))
-    found = {check.name: {**asdict(check), "passed": check.passed} for check in checks}
-    (folder / VERIFICATION).write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+    found = json.dumps(_by_name(checks), indent=2)
+    (folder / VERIFICATION).write_text(found + "\n", encoding="utf-8")
     Console(highlight=False).print(_check_table(checks))
     return all(check.passed for check in checks)
 
@@ -195,7 +195,7 @@ def _summary(
             }
             for worst in solution.violations
         },
-        "checks": {check.name: {**asdict(check), "passed": check.passed} for check in checks},
+        "checks": _by_name(checks),
         "walking_speed_m_per_s": scenario.walk.speed,
         "step_length_m": scenario.walk.step_length,
         "body_mass_kg": scenario.subject.mass,
@@ -204,6 +204,10 @@ def _summary(
         "versions": {"python": platform.python_version()}
         | {package: version(package) for package in PACKAGES},
     }
+
+
+def _by_name(checks: list[Check]) -> dict[str, dict[str, Any]]:
+    return {check.name: {**asdict(check), "passed": check.passed} for check in checks}
 
 
 def _write(folder: Path, gait: Gait, summary: dict[str, Any]) -> None:

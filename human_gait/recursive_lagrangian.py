@@ -87,6 +87,7 @@ class TorqueDerivatives(NamedTuple):
 class _Motion:
     """What the backward recursion needs of the forward one; index 0 of the lists is the base."""
 
+    Q: Array  # dT_j/dq_j = T_j Q_j, (55, 4, 4)
     M: Array  # (..., 55, 12, 12)
     AVC: list[Array]  # (..., 3, 12)
     A_q: list[Array]  # dA_j/dq_j, (..., 3, 4)
@@ -153,7 +154,7 @@ def inverse_dynamics_derivatives(
     dD = _backward_sensitivities(body, motion, S)
     n = tau.shape[-1]
     dtau = np.zeros((*tau.shape[:-1], 3, n, n))  # by a, half by v, by q: the order of A, V, C
-    for j, (path, Q) in enumerate(zip(_paths(body.table), dh.twists(body.table), strict=True)):
+    for j, (path, Q) in enumerate(zip(dh.paths(body.table), motion.Q, strict=True)):
         dA, D = _flat(S[j + 1][..., :4], 12), _flat(dD[j + 1], 36)
         bent, turned = _tilted(dA, Q, H[j + 1], G[j + 1])
         dtau[..., path, j] = np.swapaxes(dA @ _own(D), -1, -2)
@@ -165,14 +166,14 @@ def inverse_dynamics_derivatives(
 
 def _forward(table: dh.DHTable, q: Array, v: Array, a: Array) -> _Motion:
     """Position, velocity and acceleration from the base to the tips, Eqs. (5)-(7)."""
-    M = _steps(table, q, v, a)
+    M, twists = _steps(table, q, v, a), dh.twists(table)
     AVC, A_q, z = [np.eye(3, 12)], [np.zeros((3, 4))], [np.zeros(3)]
-    for j, (p, Q) in enumerate(zip(table.parent + 1, dh.twists(table), strict=True)):
+    for j, (p, Q) in enumerate(zip(table.parent + 1, twists, strict=True)):
         AVC.append(AVC[p] @ M[..., j, :, :])
         A = AVC[-1][..., :4]
         A_q.append(A @ Q)
         z.append(A @ _axis(Q))
-    return _Motion(M, AVC, A_q, z)
+    return _Motion(twists, M, AVC, A_q, z)
 
 
 def _steps(table: dh.DHTable, q: Array, v: Array, a: Array) -> Array:
@@ -225,7 +226,7 @@ def _torques(motion: _Motion, H: list[Array], G: list[Array]) -> Array:
 def _forward_sensitivities(table: dh.DHTable, motion: _Motion) -> list[Array]:
     """Return d[A_j V_j C_j]/dq_k for k on the path of j, (..., 3 d_j, 12), the base first."""
     S: list[Array] = [np.empty((*motion.M.shape[:-3], 0, 12))]
-    for j, (p, Q) in enumerate(zip(table.parent + 1, dh.twists(table), strict=True), start=1):
+    for j, (p, Q) in enumerate(zip(table.parent + 1, motion.Q, strict=True), start=1):
         parts = motion.AVC[j].reshape(*motion.M.shape[:-3], 9, 4)
         own = (parts @ Q).reshape(*motion.M.shape[:-3], 3, 12)
         S.append(np.concatenate([S[p] @ motion.M[..., j - 1, :, :], own], axis=-2))
@@ -274,14 +275,6 @@ def _thrice(A: Array) -> Array:
 def _axis(Q: Array) -> Array:
     """Return the axis of a joint in its own frame, augmented, (4,); 0 for a prismatic joint."""
     return np.array([Q[2, 1], Q[0, 2], Q[1, 0], 0.0])
-
-
-def _paths(table: dh.DHTable) -> list[list[int]]:
-    """Return the joints from the base to each joint, itself included."""
-    paths: list[list[int]] = []
-    for j, p in enumerate(table.parent):
-        paths.append([*(paths[p] if p >= 0 else []), j])
-    return paths
 
 
 def _padded(vector: Array, last: float) -> Array:
