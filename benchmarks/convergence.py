@@ -21,8 +21,9 @@ from rich.console import Console
 from rich.table import Table
 
 from human_gait.exceptions import ResultError
-from human_gait.gait import Gait, load_gait, save_gait
+from human_gait.gait import Gait
 from human_gait.gait_cycle import gait_cycle
+from human_gait.gait_file import load_gait, save_gait
 from human_gait.program import build_program, refined_program
 from human_gait.reference import references_near, scores
 from human_gait.scenario import Scenario, load_scenario

@@ -124,7 +124,7 @@ def refine(
     check_result(folder)
     target = out or folder.with_name(f"{folder.name}-refined")
     check_writable(target)
-    from human_gait.gait import load_gait
+    from human_gait.gait_file import load_gait
     from human_gait.prediction import refine_to_folder
 
     gait = load_gait(folder)
@@ -147,7 +147,7 @@ def verify(folder: ResultFolder) -> None:
 def play(folder: ResultFolder) -> None:
     """Show a result in the browser, several strides in a row."""
     check_result(folder)
-    from human_gait.gait import load_gait
+    from human_gait.gait_file import load_gait
     from human_gait.playback import play as play_live
 
     play_live(load_gait(folder))
@@ -157,7 +157,7 @@ def play(folder: ResultFolder) -> None:
 def plot(folder: ResultFolder) -> None:
     """Draw the plots of a result again."""
     check_result(folder)
-    from human_gait.gait import load_gait
+    from human_gait.gait_file import load_gait
     from human_gait.plots import save_plots
 
     save_plots(load_gait(folder), folder)

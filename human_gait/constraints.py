@@ -28,6 +28,8 @@ IntArray = npt.NDArray[np.intp]
 
 ALL = np.arange(N_DOF)
 _UP = 1
+_FRICTION_USED = 0.95  # of the coefficient, at the constrained instants: between them it is more
+_SMALL_FORCE = 1e-3  # of the weight
 _PELVIS = index("pelvis_tz")
 
 
@@ -159,6 +161,8 @@ def paper_constraints(scenario: Scenario, plan: ContactPlan, times: FloatArray) 
         zmp_stability(plan, times),
         load_transfer(scenario, plan, times),
         ground_pushes(times, plan),
+        sliding_friction(plan, times),
+        turning_friction(plan, times),
         pelvic_velocity(scenario, on),
         knee_at_mid_swing(scenario, times),
         arm_leg_coupling(scenario, on),
@@ -298,6 +302,43 @@ def ground_pushes(times: FloatArray, plan: ContactPlan) -> Constraint:
     )
 
 
+def sliding_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
+    """No foot slides: its horizontal force is at most mu times its vertical one.
+
+    Not in the paper. The horizontal force is rounded where it is near zero.
+    """
+    feet = [(RIGHT, np.flatnonzero(plan.double_support(times))), (LEFT, np.arange(len(times)))]
+    mu, weight = _FRICTION_USED * plan.friction, plan.weight
+
+    def evaluate(now: Instants) -> Residual:
+        forces = [now.ground.wrenches[f][k] * (1.0 / weight) for f, k in feet]
+        return _full([mu * F[:, 1] - _length(F[:, 0], F[:, 2]) for F in forces])
+
+    k = np.concatenate([k for _, k in feet])
+    lower = np.zeros(len(k))
+    return Constraint(
+        "sliding friction", "", "body weight", lower, lower + np.inf, k, _all(k), evaluate
+    )
+
+
+def turning_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
+    """The feet do not turn on the ground: |M_y,zmp| <= mu R_y r, r of the foot support region.
+
+    Not in the paper, whose walk takes all the vertical moment it can get.
+    """
+    k, weight = np.arange(len(times)), plan.weight
+    radius = plan.turning_radius(times)
+    until_next = np.minimum(radius, np.append(radius[1:], radius[-1]))
+    holds = _FRICTION_USED * plan.friction * until_next
+
+    def evaluate(now: Instants) -> Residual:
+        most, moment = holds * now.ground.force[:, 1], now.ground.yaw_moment
+        return _full([(most - moment) * (1.0 / weight), (most + moment) * (1.0 / weight)])
+
+    lower, k2 = np.zeros(2 * len(k)), np.concatenate([k, k])
+    return Constraint("turning friction", "", "m", lower, lower + np.inf, k2, _all(k2), evaluate)
+
+
 def pelvic_velocity(scenario: Scenario, on: IntArray) -> Constraint:
     """The pelvis moves forward at the walking speed, Eq. (23)."""
     k = on
@@ -386,6 +427,12 @@ def _chains(f: IntArray, rows: int) -> IntArray:
 
 def _all(k: IntArray) -> IntArray:
     return np.tile(ALL, (len(k), 1))
+
+
+def _length(x: Jet, z: Jet) -> Jet:
+    """Return the length of a vector, smooth at zero: sqrt(x^2 + z^2 + s^2) - s."""
+    square = x * x + z * z + _SMALL_FORCE**2
+    return square.map(np.sqrt, lambda y: 0.5 / np.sqrt(y)) - _SMALL_FORCE
 
 
 def _twice(share: Jet) -> Jet:

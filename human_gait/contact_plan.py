@@ -80,6 +80,7 @@ class ContactPlan:
         self.spread = 1.0 / height if scenario.ground.sharing == "pivot" else 0.0
         """How far the forces of both feet lean towards each other, per distance, [1/m]."""
         self.margin = scenario.tolerances.zmp_margin
+        self.friction = scenario.ground.friction
         self.weight = body.total_mass * GRAVITY
         """Weight of body and load, [N]."""
         self.feet = tuple(Foot(*pair) for pair in zip(*_soles(body), strict=True))
@@ -175,6 +176,13 @@ class ContactPlan:
         touching = self.contact(np.array([time]))[0]
         return _hull(np.concatenate([self._standing_corners(f, touching[f]) for f in feet]))
 
+    def turning_radius(self, times: FloatArray) -> FloatArray:
+        """Return the radius of gyration (K,) of the foot support region, [m].
+
+        Spread over the region, a vertical force N holds it against turning by up to about mu N r.
+        """
+        return np.array([_radius_of_gyration(self.support_polygon(t)) for t in times])
+
     def _standing_corners(self, f: int, touching: BoolArray) -> FloatArray:
         """Return the corners of the parts of a foot that stand; alone, heel and toes are pads."""
         foot, ball = self.feet[f], touching[BALL_MEDIAL]
@@ -208,7 +216,18 @@ def _ground(ankles: FloatArray, body: Body) -> FloatArray:
     return np.asarray(below[:, None])
 
 
+def _radius_of_gyration(polygon: FloatArray) -> float:
+    """Return the radius of gyration of the area of a polygon (n, 2) about its centroid."""
+    corner = polygon - polygon.mean(axis=0)
+    after = np.roll(corner, -1, axis=0)
+    cross = corner[:, 0] * after[:, 1] - corner[:, 1] * after[:, 0]
+    area = cross.sum() / 2
+    centroid = np.sum(cross[:, None] * (corner + after), axis=0) / (6 * area)
+    polar = np.sum(cross[:, None] * (corner**2 + corner * after + after**2)) / 12
+    return float(np.sqrt(polar / area - centroid @ centroid))
+
+
 def _hull(points: FloatArray) -> FloatArray:
-    from scipy.spatial import ConvexHull  # noqa: PLC0415, 0.1 s to import, not needed to solve
+    from scipy.spatial import ConvexHull  # noqa: PLC0415, 0.1 s to import
 
     return np.asarray(points[ConvexHull(points).vertices])

@@ -2,52 +2,28 @@
 
 from __future__ import annotations
 
-import json
-import zipfile
-import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from human_gait.body import Body
-from human_gait.bspline import DEGREE, Basis
+from human_gait.bspline import Basis
 from human_gait.contact_plan import ContactPlan
-from human_gait.exceptions import ResultError, ScenarioError
 from human_gait.instant import Instants, Walker
 from human_gait.scenario import Scenario
-from human_gait.skeleton import DOF_NAMES, N_DOF, index, mirror
+from human_gait.skeleton import index, mirror
 
 FloatArray = npt.NDArray[np.float64]
 
-FILE = "gait.npz"
-_UNREADABLE = (  # what numpy, zipfile, zlib and json raise at a damaged file
-    OSError,
-    EOFError,
-    ValueError,
-    TypeError,
-    LookupError,
-    RuntimeError,
-    MemoryError,
-    zipfile.BadZipFile,
-    zlib.error,
-    ScenarioError,
-)
-FORMAT = "human_gait gait 1"
-_SAMPLES = 201
+REFINEMENT = 10
+"""How much finer the grid of the samples in a file is than the constrained one."""
+
 _FORWARD = index("pelvis_tz")
-_ABOUT = """One step of a predicted walk, left heel strike (t = 0) to right heel strike (t = T).
-World: y up, z forward, x to the left. SI units, angles in radians.
-knots (n+4), control_points (n, 55): cubic B-splines of the 55 joint angles named in dof_names,
-q(t) = sum_j N_j,4(t) P_j for 0 <= t <= T; the next step is the mirror image.
-Sampled at t: q, v, a, tau (joint torques with ground reaction), active (without passive
-torques), zmp (x, y, z), and for the right and the left foot grf, cop (centre of pressure),
-yaw_moment and points (heel, ball_medial, ball_lateral, toe).
-scenario and solution are JSON."""
+_CHUNK = 500  # instants at once: partials take 0.3 MB each
 
 
 @dataclass(frozen=True)
@@ -69,6 +45,8 @@ class Samples:
         Centre of pressure of each foot; without meaning where its force is zero.
     yaw_moment : (K, 2) array, [N m]
         Vertical moment at the centre of pressure of each foot.
+    toe_share : (K, 2) array
+        Share of each foot's force and moment that acts on its toes, the rest on the rear foot.
     points : (K, 2, 4, 3) array, [m]
         Contact points of the right and of the left foot.
     """
@@ -83,6 +61,7 @@ class Samples:
     grf: FloatArray
     cop: FloatArray
     yaw_moment: FloatArray
+    toe_share: FloatArray
     points: FloatArray
 
 
@@ -131,6 +110,13 @@ class Gait:
         """Footholds and phases."""
         return self._walker.plan
 
+    @property
+    def fine_times(self) -> FloatArray:
+        """A grid from 0 to T, ``REFINEMENT`` times finer than the constrained one, [s]."""
+        grid = self.scenario.discretisation
+        n = REFINEMENT * grid.intervals * grid.dynamics_per_interval
+        return np.linspace(0.0, self.step_time, n + 1)
+
     @cached_property
     def basis(self) -> Basis:
         """The basis functions N_j of Eq. (28)."""
@@ -161,8 +147,12 @@ class Gait:
         """Return the gait at times t (K,) >= 0, [s]; after T the next steps follow."""
         times = np.atleast_1d(np.asarray(t, dtype=float))
         step, within = self._steps(times)
-        sampled = samples(self.step_instants(within), times)
-        return _onward(sampled, step, self.step_length)
+        return onward(replace(self.step_samples(within), t=times), step, self.step_length)
+
+    def step_samples(self, t: FloatArray) -> Samples:
+        """Return the gait at times t (K,) within the first step, its end T included."""
+        parts = [t[k : k + _CHUNK] for k in range(0, max(len(t), 1), _CHUNK)]
+        return _joined([samples(self.step_instants(part), part) for part in parts])
 
     def step_instants(self, t: FloatArray) -> Instants:
         """Return everything known at times t (K,) within the first step, with partials."""
@@ -203,16 +193,22 @@ def samples(now: Instants, times: FloatArray) -> Samples:
         grf,
         cop,
         yaw_moment,
+        np.stack([share.value for share in now.ground.toe_share], axis=1),
         np.stack([foot.position for foot in now.feet], axis=1),
     )
+
+
+def _joined(parts: list[Samples]) -> Samples:
+    names = [item.name for item in fields(Samples)]
+    return Samples(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def _on_ground(xz: FloatArray) -> FloatArray:
     return np.stack([xz[:, 0], np.zeros(len(xz)), xz[:, 1]], axis=1)
 
 
-def _onward(first: Samples, step: npt.NDArray[np.intp], step_length: float) -> Samples:
-    """Return samples of the first step as those of the given steps: mirrored, further on."""
+def onward(first: Samples, step: npt.NDArray[np.intp], step_length: float) -> Samples:
+    """Return samples (K) of the first step as those of the steps (K,): mirrored, further on."""
     odd, forward = step % 2 == 1, step * step_length
     q = np.where(odd[:, None], mirror(first.q), first.q)
     q[:, _FORWARD] += forward
@@ -225,72 +221,12 @@ def _onward(first: Samples, step: npt.NDArray[np.intp], step_length: float) -> S
     for place in (zmp, cop, points):
         place[..., 2] += forward.reshape(-1, *[1] * (place.ndim - 2))
     yaw = np.where(odd[:, None], -first.yaw_moment[:, ::-1], first.yaw_moment)
-    grf = _mirrored(first.grf, odd)
-    return Samples(first.t, q, **others, zmp=zmp, grf=grf, cop=cop, yaw_moment=yaw, points=points)
+    toes = np.where(odd[:, None], first.toe_share[:, ::-1], first.toe_share)
+    ground = {"grf": _mirrored(first.grf, odd), "yaw_moment": yaw, "toe_share": toes}
+    return Samples(first.t, q, **others, **ground, zmp=zmp, cop=cop, points=points)
 
 
 def _mirrored(vectors: FloatArray, odd: npt.NDArray[np.bool_], feet: bool = True) -> FloatArray:
     """Return vectors (K, [2 feet, ...] 3) with those of odd steps mirrored at x = 0."""
     mirrored = (vectors[:, ::-1] if feet else vectors) * [-1.0, 1.0, 1.0]
     return np.where(odd.reshape(-1, *[1] * (vectors.ndim - 1)), mirrored, vectors)
-
-
-def save_gait(gait: Gait, folder: Path) -> None:
-    """Write a gait, and its samples for readers without this package, to ``gait.npz``."""
-    sampled = gait.instants(np.linspace(0.0, gait.step_time, _SAMPLES))
-    arrays = {name: getattr(sampled, name) for name in Samples.__dataclass_fields__}
-    temporary = folder / f".{FILE}.tmp"
-    with temporary.open("wb") as file:
-        np.savez_compressed(
-            file,
-            format=FORMAT,
-            about=_ABOUT,
-            scenario=json.dumps(gait.scenario.to_dict()),
-            solution=json.dumps(dict(gait.solution)),
-            dof_names=np.array(DOF_NAMES),
-            breaks=gait.breaks,
-            knots=gait.knots,
-            control_points=gait.control_points,
-            **arrays,
-        )
-    temporary.replace(folder / FILE)
-
-
-def load_gait(folder: str | Path) -> Gait:
-    """Read the gait of a result folder.
-
-    Raises
-    ------
-    ResultError
-        If there is no ``gait.npz``, or it is not one of ours, or its content contradicts itself.
-    """
-    path = Path(folder) / FILE
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-            return _restored(file)
-    except _UNREADABLE as error:
-        raise ResultError(f"{path}: not a gait that can be read: {error}") from None
-
-
-def _restored(file: Mapping[str, Any]) -> Gait:
-    if str(file["format"]) != FORMAT:
-        raise ValueError(f"format {file['format']!s}, expected {FORMAT!r}")
-    scenario = Scenario.from_dict(json.loads(str(file["scenario"])))
-    solution = dict(json.loads(str(file["solution"])))
-    breaks, control_points = (_numbers(file, name) for name in ("breaks", "control_points"))
-    T = scenario.walk.step_time
-    if breaks.ndim != 1 or not np.allclose(breaks[[0, -1]], [0.0, T], rtol=0.0, atol=1e-9 * T):
-        raise ValueError(f"breaks do not go from 0 to the step time {T:g} s")
-    fewest = DEGREE if scenario.discretisation.mirrored else 1
-    if len(breaks) <= fewest or np.any(np.diff(breaks) <= 0.0):
-        raise ValueError("breaks are too few or do not increase")
-    if control_points.shape != (len(breaks) + 2, N_DOF):
-        raise ValueError(f"control_points of shape {control_points.shape} do not fit")
-    return Gait(scenario, breaks, control_points, solution)
-
-
-def _numbers(file: Mapping[str, Any], name: str) -> FloatArray:
-    numbers = np.asarray(file[name], dtype=float)
-    if not np.all(np.isfinite(numbers)):
-        raise ValueError(f"{name} holds what is not a finite number")
-    return numbers

@@ -45,19 +45,25 @@ class GroundReaction:
         R, all that the ground carries.
     zmp : Jet (K, 2), [m]
         x and z of the zero moment point.
+    yaw_moment : Jet (K,), [N m]
+        Vertical moment at the ZMP.
     leading_share : Jet (K,)
         l2 of Eq. (17); 1 in single support.
     pressure : tuple of two Jet (K, 2), [m]
         x and z of the centre of pressure of the right and of the left foot.
     wrenches : tuple of two Jet (K, 6), [N], [N m]
         On the right and on the left foot, about the world's origin.
+    toe_share : tuple of two Jet (K,)
+        Share of the foot's wrench that acts on its toes; the rest acts on the rear foot.
     """
 
     force: Jet
     zmp: Jet
+    yaw_moment: Jet
     leading_share: Jet
     pressure: tuple[Jet, Jet]
     wrenches: tuple[Jet, Jet]
+    toe_share: tuple[Jet, Jet]
 
 
 def ground_reaction(
@@ -80,7 +86,10 @@ def ground_reaction(
         _foot_wrench(point, R, yaw_moment, share, h)
         for point, share, h in zip(pressure, shares, leaning, strict=True)
     )
-    return GroundReaction(R, zmp, l2, pressure, wrenches)  # type: ignore[arg-type]
+    toes = tuple(
+        _toe_share(point[:, 1] - ball) for point, ball in zip(pressure, plan.balls, strict=True)
+    )
+    return GroundReaction(R, zmp, yaw_moment, l2, pressure, wrenches, toes)  # type: ignore[arg-type]
 
 
 def root_wrench(dynamics: InverseDynamics) -> Jet:
@@ -96,7 +105,7 @@ def root_wrench(dynamics: InverseDynamics) -> Jet:
     return Jet(wrench, np.asarray(np.linalg.solve(J_T, partials), dtype=float))
 
 
-def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction, plan: ContactPlan) -> Jet:
+def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction) -> Jet:
     """Return the torques (K, 55) with the ground reaction; those of the global DOF vanish.
 
     The toe joint carries what acts ahead of the metatarsal heads: the share of the foot's wrench
@@ -106,7 +115,7 @@ def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction, plan: Con
     for f in (RIGHT, LEFT):
         chain = CHAINS[f]
         load = load_jet(dynamics.axes, chain, reaction.wrenches[f])
-        toes = load[:, -1] * _toe_share(reaction.pressure[f][:, 1] - plan.balls[f])
+        toes = load[:, -1] * reaction.toe_share[f]
         value[:, chain[:-1]] -= load.value[:, :-1]
         partials[:, chain[:-1]] -= load.partials[:, :-1]
         value[:, chain[-1]] -= toes.value

@@ -71,7 +71,7 @@ class Walker:
         if self._carried:
             dynamics = self._carried.added(dynamics, q)
         ground = ground_reaction(dynamics, self.plan, t)
-        torque = joint_torques(dynamics, ground, self.plan)
+        torque = joint_torques(dynamics, ground)
         muscle_torque = torque - self._passive.torque(q, v) if self._passive else torque
         feet = self._feet.motion(dynamics, v)
         return Instants(t, q, v, a, torque, muscle_torque, ground, feet)

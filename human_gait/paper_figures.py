@@ -24,8 +24,9 @@ from matplotlib.patches import Patch, Polygon
 from human_gait import dh
 from human_gait.body import Body, anatomical_to_link
 from human_gait.exceptions import ResultError
-from human_gait.gait import FILE, Gait, load_gait
+from human_gait.gait import Gait
 from human_gait.gait_cycle import PERCENT, gait_cycle, trunk_lean
+from human_gait.gait_file import FILE, load_gait
 from human_gait.plots import (
     BLACK,
     CYCLE_LABEL,

@@ -21,8 +21,9 @@ from rich.text import Text
 
 from human_gait.agreement import agreement_to_folder
 from human_gait.exceptions import NoSolutionFound
-from human_gait.gait import Gait, load_gait, save_gait
+from human_gait.gait import Gait
 from human_gait.gait_cycle import save_gait_cycle
+from human_gait.gait_file import load_record, make_record, save_gait
 from human_gait.program import GaitProgram, build_program, refined_program
 from human_gait.scenario import Scenario
 from human_gait.solver import FEASIBLE, SOLVERS, Iterate, Solution, posture, solve
@@ -53,7 +54,7 @@ def predict(scenario: Scenario, solver: str = "snopt", dynamics: str = "pinocchi
         constraints that are not kept and the checks that failed.
     """
     solution = solve(build_program(scenario, dynamics=dynamics), solver)
-    failed = [check for check in verify(solution.gait) if not check.passed]
+    failed = [check for check in verify(make_record(solution.gait)) if not check.passed]
     if not solution.converged or failed:
         raise NoSolutionFound(
             f"{solution.solver} stopped: {solution.status}",
@@ -118,7 +119,7 @@ def _solve_to_folder(
     )
     with _progress(console) as tell:
         solution = solve(program, solver, start, tell)
-    checks = verify(solution.gait)
+    checks = verify(make_record(solution.gait))
     success = solution.converged and all(check.passed for check in checks)
     summary = _summary(program, solution, checks, success)
     _write(folder, solution.gait, summary)
@@ -139,7 +140,7 @@ def verify_folder(folder: Path) -> bool:
     ResultError
         If there is no gait that can be read.
     """
-    checks = verify(load_gait(folder))
+    checks = verify(load_record(folder))
     found = json.dumps(_by_name(checks), indent=2)
     (folder / VERIFICATION).write_text(found + "\n", encoding="utf-8")
     Console(highlight=False).print(_check_table(checks))

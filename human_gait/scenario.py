@@ -188,7 +188,7 @@ class Tolerances(Section):
 
 @section
 class Ground(Section):
-    """How the feet share the ground reaction in double support.
+    """How the feet share the ground reaction in double support, and how they hold on the floor.
 
     ``parallel`` is Eq. (17) as printed: both feet push in the direction of the sum. With ``pivot``
     they push towards one point above the ZMP, as people do: Eq. (17) and a force along the line
@@ -202,6 +202,9 @@ class Ground(Section):
         5.0,
         default=1.0,
         source="above the centre of mass: Maus et al. 2010",
+    )
+    friction: float = number(
+        "", 0.05, 2.0, default=0.5, source="coefficient of dry floors; walking takes about 0.2"
     )
 
 

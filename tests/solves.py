@@ -7,8 +7,8 @@ from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
 
-from human_gait.gait import load_gait
 from human_gait.gait_cycle import load_gait_cycle
+from human_gait.gait_file import load_gait
 from human_gait.prediction import predict_to_folder
 from human_gait.scenario import load_scenario
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from engines import FEMALE, MALE
+from bodies import FEMALE, MALE
 
 from human_gait import dh, skeleton
 from human_gait.anthropometry import Segment, body_measures, combine, symmetric_inertia

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from engines import BODIES, LOADED, MALE
+from bodies import BODIES, LOADED, MALE
 from scipy.spatial import ConvexHull
 
 from human_gait import dh, skeleton

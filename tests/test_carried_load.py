@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from engines import random_states
+from bodies import random_states
 from walks import BACKPACK, near_walk, scenario
 
 from human_gait.body import GRAVITY, make_body
 from human_gait.carried_load import THORAX, CarriedForce
 from human_gait.dynamics import PinocchioDynamics
+from human_gait.gait_file import make_record
 from human_gait.instant import Walker
 from human_gait.program import build_program
 from human_gait.recursive_lagrangian import ExternalLoad, inverse_dynamics
@@ -70,11 +71,18 @@ def test_the_ground_carries_body_and_load(model):
 
 
 def test_the_checks_know_the_force():
-    """The other engine carries the same force: it agrees, and does not without it."""
+    """The engines carry the same force and agree; momentum and energy add up with it."""
     program = build_program(scenario(load=BACKPACK | {"model": "force"}))
-    checks = {c.name: c for c in verify(program.gait(near_walk(program, noise=0.0)))}
-    assert checks["torques of the two engines apart"].passed
-    assert checks["forces and moments left at the root"].passed
+    record = make_record(program.gait(near_walk(program, noise=0.0)))
+    checks = {check.name: check for check in verify(record)}
+    for claim in (
+        "torques off Drake's",
+        "forces and moments left at the root",
+        "masses off the body",
+    ):
+        assert checks[claim].passed
+    for claim in ("momentum off the impulse", "energy off the work"):
+        assert checks[claim].passed
 
 
 def test_a_walker_without_load_has_no_force_to_add():

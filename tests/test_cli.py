@@ -10,7 +10,7 @@ from walking import guessed_gait
 
 from human_gait import cli
 from human_gait.exceptions import ModelError, NoSolutionFound, ResultError
-from human_gait.gait import save_gait
+from human_gait.gait_file import save_gait
 
 ROOT = Path(__file__).resolve().parent.parent
 NORMAL = str(ROOT / "scenarios" / "normal.toml")
@@ -216,7 +216,7 @@ def test_no_solution_keeps_the_last_iterate():
 def test_play_and_plot_take_the_result_of_the_folder(here, replace_room):
     (here / "gait.npz").write_bytes(b"")
     taken = []
-    replace_room("gait", load_gait=lambda folder: f"gait of {folder}")
+    replace_room("gait_file", load_gait=lambda folder: f"gait of {folder}")
     replace_room("playback", play=taken.append)
     replace_room("plots", save_plots=lambda gait, folder: taken.append((gait, folder)))
     assert cli.run(["play", "."]) == cli.run(["plot", "."]) == 0
@@ -228,7 +228,7 @@ def test_an_unreadable_result_is_one_line(here, capsys, replace_room):
         raise ResultError(f"{folder}/gait.npz: not a result of human_gait")
 
     (here / "gait.npz").write_bytes(b"junk")
-    replace_room("gait", load_gait=load_gait)
+    replace_room("gait_file", load_gait=load_gait)
     replace_room("playback", play=None)
     assert cli.run(["play", "."]) == cli.BAD_INPUT
     assert_one_line(capsys, "not a result")

@@ -234,6 +234,42 @@ def test_who_stands_presses_with_the_weight_and_who_falls_not_at_all():
     assert not kept(constraint, falling).any()
 
 
+@pytest.mark.parametrize(("share", "holds"), [(0.9, True), (1.1, False)])
+def test_a_foot_slides_when_it_is_pushed_aside_too_hard(share, holds):
+    """The whole body accelerates to the side, at a share of what friction gives."""
+    constraint = named("sliding friction")
+    a = moving(pelvis_tx=share * 0.95 * TASK.ground.friction * -GRAVITY[1])
+    now = constraint.evaluate(at_rest(standing(), a=a))
+    assert now.value.item() == pytest.approx((1 - share) * 0.95 * TASK.ground.friction, abs=2e-3)
+    assert kept(constraint, now).all() == holds
+
+
+@pytest.mark.parametrize("turn", [-1.0, 1.0])
+def test_a_foot_turns_when_the_body_spins_too_fast(turn):
+    """Twice the angular acceleration that takes all the moment: one side holds, one does not."""
+    constraint = named("turning friction")
+    spin = turn * moving(pelvis_ry=1.0)
+    still, spun = (constraint.evaluate(at_rest(standing(), a=a)).value for a in (0 * spin, spin))
+    assert still[0] == pytest.approx(still[1], abs=1e-6)
+    per_spin = abs(spun[0] - spun[1]) / 2
+    most = constraint.evaluate(at_rest(standing(), a=2 * still[0] / per_spin * spin))
+    assert kept(constraint, most).sum() == 1
+    assert min(most.value) == pytest.approx(-still[0], rel=0.05)
+
+
+def test_a_slippery_floor_allows_less():
+    floors = {mu: scenario(ground={"friction": mu}) for mu in (0.1, 0.5)}
+    grid = np.arange(12) * T / 12
+    rows = {}
+    for mu, task in floors.items():
+        walker = Walker(task)
+        now = walker.at(grid, *(np.zeros((12, 55)) + x for x in (standing(), 0.0, 0.0)))
+        found = {c.name: c for c in paper_constraints(task, walker.plan, grid)}
+        rows[mu] = {name: found[name].evaluate(now).value for name in found}
+    for name in ("sliding friction", "turning friction"):
+        assert np.all(rows[0.1][name] < rows[0.5][name] + 1e-12)
+
+
 def test_the_pelvis_moves_at_the_walking_speed():
     constraint = named("pelvic velocity")
     slow = constraint.evaluate(at_rest(standing(), v=moving(pelvis_tz=TASK.walk.speed - 0.3)))

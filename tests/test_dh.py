@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from engines import BODIES, MALE, random_states
+from bodies import BODIES, MALE, random_states
 
 from human_gait import data, dh, skeleton
 

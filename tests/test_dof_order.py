@@ -2,8 +2,9 @@ from pathlib import Path
 
 import pytest
 import yourdfpy
-from engines import BODIES, drake_plant
+from bodies import BODIES
 
+from human_gait.engines import drake_plant
 from human_gait.exceptions import ModelError
 from human_gait.model import _check_order, build_model
 from human_gait.skeleton import DOF_NAMES

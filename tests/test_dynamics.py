@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from engines import BODIES, random_states
+from bodies import BODIES, random_states
 
 from human_gait import skeleton
 from human_gait.dynamics import (

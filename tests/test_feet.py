@@ -1,7 +1,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from engines import BODIES, random_states
+from bodies import BODIES, random_states
 from walks import central_difference
 
 from human_gait.body import CONTACT_POINTS

@@ -7,7 +7,8 @@ import pytest
 from walks import BACKPACK, near_walk, scenario
 
 from human_gait.exceptions import ResultError
-from human_gait.gait import FILE, Gait, load_gait, save_gait
+from human_gait.gait import Gait
+from human_gait.gait_file import FILE, load_gait, save_gait
 from human_gait.program import build_program
 from human_gait.skeleton import DOF_NAMES, index, mirror
 
@@ -122,7 +123,7 @@ def test_a_saved_gait_can_be_read_without_this_package(tmp_path):
         assert "cubic B-splines" in str(file["about"])
         assert json.loads(str(file["scenario"]))["walk"]["speed"] == GAIT.scenario.walk.speed
         for field in dataclasses.fields(GAIT.instants(TIMES)):
-            expected = getattr(GAIT.instants(t), field.name)
+            expected = getattr(GAIT.step_samples(t), field.name)
             np.testing.assert_allclose(file[field.name], expected, rtol=1e-9, atol=1e-9)
         assert (t[0], t[-1]) == (0.0, T)
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio as pin
 import pytest
-from engines import LOADED, MALE
+from bodies import LOADED, MALE
 
 from human_gait import skeleton
 from human_gait.body import Body

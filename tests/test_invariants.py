@@ -1,7 +1,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from engines import BODIES, FEMALE, MALE, at_instant, random_loads, random_states
+from bodies import BODIES, FEMALE, MALE, at_instant, random_loads, random_states
 
 from human_gait import dh, skeleton
 from human_gait.body import GRAVITY

@@ -12,8 +12,8 @@ from walking import guessed_gait
 
 from human_gait import cli
 from human_gait.exceptions import ResultError
-from human_gait.gait import save_gait
 from human_gait.gait_cycle import PERCENT, gait_cycle
+from human_gait.gait_file import save_gait
 from human_gait.paper_figures import (
     FIGURES,
     MAKE_TARGETS,

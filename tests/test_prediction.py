@@ -12,8 +12,8 @@ from walks import BACKPACK, scenario
 from human_gait import prediction as room
 from human_gait import solver as solver_room
 from human_gait.exceptions import NoSolutionFound, ScenarioError
-from human_gait.gait import load_gait, save_gait
 from human_gait.gait_cycle import load_gait_cycle
+from human_gait.gait_file import load_gait, save_gait
 from human_gait.prediction import (
     predict,
     predict_by_all_solvers,

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from engines import LOADED, MALE, at_instant, complex_step, random_loads, random_states
+from bodies import LOADED, MALE, at_instant, complex_step, random_loads, random_states
 
 import human_gait.recursive_lagrangian as rl
 from human_gait import dh, skeleton

@@ -4,9 +4,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import yourdfpy
-from engines import BODIES, LOADED, MALE, drake_plant, random_states
+from bodies import BODIES, LOADED, MALE, random_states
 
 from human_gait import dh, skeleton
+from human_gait.engines import drake_plant
 from human_gait.model import build_model
 from human_gait.urdf import _roll_pitch_yaw, urdf_text
 

@@ -2,7 +2,7 @@ import re
 from pathlib import Path
 
 import numpy as np
-from engines import MALE
+from bodies import MALE
 
 from human_gait.urdf import urdf_text
 

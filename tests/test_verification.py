@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from walks import scenario
 
+from human_gait import contact_plan
 from human_gait import verification as room
+from human_gait.engines import DrakeEngine
 from human_gait.gait import Gait
+from human_gait.gait_file import make_record
 from human_gait.program import build_program
-from human_gait.skeleton import index
+from human_gait.skeleton import SEGMENTS, index
 from human_gait.verification import verify
 
 PROGRAM = build_program(scenario())
@@ -18,18 +21,27 @@ SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
 
 
 def checks_of(gait):
-    return {check.name: check for check in verify(gait)}
+    return {check.name: check for check in verify(make_record(gait))}
 
 
-FOUND = checks_of(GAIT)
+def failed(record):
+    return {check.name for check in verify(record) if not check.passed}
+
+
+RECORD = make_record(GAIT)
+FOUND = {check.name: check for check in verify(RECORD)}
 JOINTS = "joint limits exceeded"
 FOOTHOLDS = "standing points off their footholds"
 DEPTH = "depth below the ground"
 ZMP = "ZMP outside the foot support region"
 BALANCE = "forces and moments left at the root"
-ENGINES = "torques of the two engines apart"
+ENGINES = [f"torques off {engine}'s" for engine in ("Pinocchio", "Drake", "the recursion")]
+NEXT = "torques of the next step off Drake's"
+MOMENTUM, ENERGY = "momentum off the impulse", "energy off the work"
+ANGLES = "angles off the splines"
 PULL = "ground pulling at a foot"
-PRESSURE, FRICTION = "pressure outside its foot", "friction needed"
+PRESSURE, FRICTION = "pressure outside its foot", "friction needed against sliding"
+TURNING, SLIDING = "friction needed against turning", "foot sliding while it stands"
 MEAN = "mean vertical force against weight"
 POSTURE, VELOCITY = "posture not periodic", "velocity not periodic"
 
@@ -47,7 +59,7 @@ def instants():
 
 
 def test_physics_holds_for_any_motion_even_a_guess():
-    for name in (JOINTS, BALANCE, ENGINES, PULL, MEAN, POSTURE, VELOCITY):
+    for name in (JOINTS, BALANCE, *ENGINES, NEXT, MOMENTUM, ENERGY, PULL, MEAN, POSTURE, VELOCITY):
         assert FOUND[name].passed, name
 
 
@@ -57,19 +69,87 @@ def test_a_guess_is_not_taken_for_a_walk():
     assert not FOUND[ZMP].passed
 
 
-def test_the_grid_is_ten_times_finer_than_the_constrained_one(monkeypatch):
-    asked, original = [], Gait.instants
+@pytest.mark.parametrize("per_interval", [1, 3])
+def test_the_grid_is_ten_times_finer_than_the_constrained_one(per_interval):
+    task = scenario(dynamics_per_interval=per_interval)
+    times = make_record(Gait(task, GAIT.breaks, GAIT.control_points)).samples.t
+    assert len(times) - 1 == 120 * per_interval
+    assert (times[0], times[-1]) == (0.0, GAIT.step_time)
 
-    def spy(gait, t):
-        asked.append(t)
-        return original(gait, t)
 
-    monkeypatch.setattr(Gait, "instants", spy)
-    for per_interval in (1, 3):
-        task = scenario(dynamics_per_interval=per_interval)
-        verify(Gait(task, GAIT.breaks, GAIT.control_points))
-    assert [len(t) - 1 for t in asked] == [120, 360]
-    assert [t[-1] for t in asked] == [GAIT.step_time] * 2
+def scaled(name, *place, by=1.01):
+    """The record of the guess with one number of its samples, masses or footholds changed."""
+    source = RECORD.samples if hasattr(RECORD.samples, name) else RECORD
+    array = getattr(source, name).copy()
+    array[place] *= by
+    tampered = dataclasses.replace(source, **{name: array})
+    return tampered if source is RECORD else dataclasses.replace(RECORD, samples=tampered)
+
+
+KNEE, K = index("knee_flexion_r"), 37
+PELVIS_LINK, HEEL_L, TOES = SEGMENTS["pelvis"], (1, 0, 2), index("toe_extension_r")
+TAMPERED = {
+    "a torque": (("tau", K, KNEE), ENGINES[1]),
+    "the torque of toes": (("tau", 3, TOES), ENGINES[2]),
+    "a muscle torque": (("active", K, KNEE), "muscle torques off the torques"),
+    "an angle": (("q", K, KNEE), ANGLES),
+    "a velocity": (("v", K, KNEE), "velocities off the splines"),
+    "an acceleration": (("a", K, KNEE), "accelerations off the splines"),
+    "a foothold": (("footholds", *HEEL_L), "footholds off the plan"),
+    "a mass": (("mass", PELVIS_LINK), "masses off the body"),
+    "a force": (("grf", K, 1, 1), BALANCE),
+    "a moment": (("yaw_moment", K, 1), BALANCE),
+    "a centre of pressure": (("cop", K, 1, 2), BALANCE),
+    "a ZMP": (("zmp", K, 2), "ZMP off that of the forces"),
+    "a share of the toes": (("toe_share", 3, 0), ENGINES[0]),
+    "a point of a foot": (("points", K, 0, 3, 2), "feet off Drake's"),
+}
+
+
+@pytest.mark.parametrize(("place", "name"), TAMPERED.values(), ids=TAMPERED)
+def test_one_number_of_the_file_changed_by_a_hundredth_is_seen(place, name):
+    assert name in failed(scaled(*place)) - failed(RECORD)
+
+
+def test_every_number_that_is_changed_is_seen_somewhere():
+    """Wherever it is: one of the 401 instants, one of the joints, drawn at random."""
+    rng = np.random.default_rng(5)
+    before = failed(RECORD)
+    for _ in range(12):
+        name = str(rng.choice(["q", "v", "a", "tau", "active"]))
+        array = getattr(RECORD.samples, name)
+        place = rng.integers(array.shape[0]), rng.integers(6, array.shape[1])
+        if abs(array[place]) > 1e-3:
+            assert failed(scaled(name, *place)) - before, (name, place)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "name"),
+    [
+        ("mass", 1.01, "masses off the body"),
+        ("stature", 1.01, "footholds off the plan"),
+    ],
+)
+def test_another_person_in_the_scenario_is_seen(key, value, name):
+    """The motion, forces and torques of one body, said to be those of another."""
+    subject = dataclasses.replace(
+        GAIT.scenario.subject, **{key: value * getattr(GAIT.scenario.subject, key)}
+    )
+    task = dataclasses.replace(GAIT.scenario, subject=subject)
+    gait = Gait(task, GAIT.breaks, GAIT.control_points)
+    tampered = dataclasses.replace(RECORD, gait=gait)
+    assert {name, *ENGINES, BALANCE} <= failed(tampered)
+
+
+def test_a_control_point_of_the_file_that_is_changed_is_seen():
+    P = GAIT.control_points.copy()
+    P[3, KNEE] *= 1.01
+    tampered = dataclasses.replace(RECORD, gait=Gait(GAIT.scenario, GAIT.breaks, P))
+    assert ANGLES in failed(tampered)
+
+
+def test_what_is_no_number_fails():
+    assert ENGINES[1] in failed(scaled("tau", K, KNEE, by=np.nan))
 
 
 def test_a_joint_beyond_its_limit_is_seen_by_how_much_and_when():
@@ -109,35 +189,41 @@ def test_a_zmp_that_leaves_the_feet_is_seen():
     assert 0.4 < check.value < 0.55
 
 
-def test_a_torque_of_another_engine_is_seen():
-    now = instants()
-    torques = room._recursion(GAIT, now)
-    assert room._torques(now, torques).passed
-    scaled = dataclasses.replace(now, tau=now.tau * (1 + 1e-6))
-    assert not room._torques(scaled, torques).passed
+def test_energy_that_comes_from_nowhere_is_seen():
+    """A weak motor at one joint, all the time: the torques do more than the body gains."""
+    now = RECORD.samples
+    found = DrakeEngine(GAIT.body).mechanics((now.q, now.v, now.a), room._loads(GAIT, now))
+    assert room._energy(now, found).passed
+    tau = now.tau.copy()
+    tau[:, KNEE] += 0.5 * np.sign(now.v[:, KNEE])
+    assert not room._energy(dataclasses.replace(now, tau=tau), found).passed
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        lambda now: {"grf": 1.001 * now.grf},
-        lambda now: {"cop": now.cop + 1e-3 * np.array([1.0, 0.0, 0.0])},
-        lambda now: {"yaw_moment": now.yaw_moment + 1.0},
-        lambda now: {"q": now.q + 1e-3},
-        lambda now: {"a": now.a + 1e-2},
-    ],
-    ids=["force", "pressure", "yaw moment", "posture", "acceleration"],
-)
-def test_a_ground_reaction_that_does_not_fit_the_motion_is_seen(wrong):
-    now = dataclasses.replace(instants(), **wrong(instants()))
-    assert not room._balance(GAIT, now, room._recursion(GAIT, now)).passed
+@pytest.mark.parametrize("axis", range(3))
+def test_an_impulse_that_moves_nothing_is_seen(axis):
+    """A hundredth of the weight more, all the time, in one direction."""
+    now = RECORD.samples
+    grf = now.grf.copy()
+    grf[:, 1, axis] += 0.01 * GAIT.plan.weight
+    pushed = dataclasses.replace(now, grf=grf)
+    found = DrakeEngine(GAIT.body).mechanics((now.q, now.v, now.a), room._loads(GAIT, pushed))
+    assert not room._momentum(GAIT, now, found).passed
+
+
+def test_a_body_that_is_not_its_own_mirror_image_is_seen():
+    """Torques of the right knee that the left one does not repeat."""
+    now = RECORD.samples
+    drake = DrakeEngine(GAIT.body)
+    assert room._next_step(GAIT, now, drake).passed
+    yaw = now.yaw_moment + np.array([1.0, 0.0])
+    assert not room._next_step(GAIT, dataclasses.replace(now, yaw_moment=yaw), drake).passed
 
 
 def test_a_ground_that_pulls_is_seen():
     now = instants()
     grf = now.grf.copy()
     grf[7, 0, 1] = -0.01 * GAIT.plan.weight
-    check = room._no_pull(GAIT, dataclasses.replace(now, grf=grf))
+    check = room._no_pull(GAIT.plan, dataclasses.replace(now, grf=grf))
     assert not check.passed
     assert check.value == pytest.approx(0.01)
     assert check.time == now.t[7]
@@ -149,10 +235,10 @@ def test_a_slippery_force_is_seen():
     grf, k = now.grf.copy(), 12
     grf[..., [0, 2]] = 0.0
     assert room._friction(GAIT.plan, dataclasses.replace(now, grf=grf)).value == 0.0
-    grf[k, 1, 2] = -1.5 * room.FRICTION * grf[k, 1, 1]
+    grf[k, 1, 2] = -1.5 * GAIT.plan.friction * grf[k, 1, 1]
     check = room._friction(GAIT.plan, dataclasses.replace(now, grf=grf))
     assert not check.passed
-    assert check.value == pytest.approx(1.5 * room.FRICTION)
+    assert check.value == pytest.approx(1.5 * GAIT.plan.friction)
     assert check.time == now.t[k]
 
 
@@ -171,6 +257,43 @@ def test_pressure_beside_a_foot_is_seen(foot, k):
     assert 0.14 < check.value < 0.19
     assert check.time == now.t[k]
     assert room._pressure(GAIT.plan, dataclasses.replace(now, cop=cop, grf=0.0 * grf)).passed
+
+
+def test_a_foot_that_has_to_turn_is_seen():
+    """Single support at mid-step: the moment that a dry floor holds, and half as much again."""
+    now, k = instants(), 12
+    polygon = GAIT.plan.support_polygon(now.t[k])
+    radius = contact_plan._radius_of_gyration(polygon)
+    assert 0.05 < radius < 0.1
+    yaw = now.yaw_moment * 0.0
+    yaw[k, 1] = 1.5 * GAIT.plan.friction * radius * now.grf[k, :, 1].sum()
+    grf = now.grf * [0.0, 1.0, 0.0]
+    check = room._turning_friction(GAIT.plan, dataclasses.replace(now, yaw_moment=yaw, grf=grf))
+    assert not check.passed
+    assert check.value == pytest.approx(1.5 * GAIT.plan.friction, rel=1e-3)
+    assert check.time == now.t[k]
+
+
+def test_a_foot_that_slides_while_it_stands_is_seen():
+    """The left foot, 3 cm forward in its stance, before or after the right one strikes."""
+    still = RECORD.samples
+    points = np.broadcast_to(GAIT.plan.footholds, still.points.shape).copy()
+    still = dataclasses.replace(still, points=points)
+    assert room._slip(GAIT, still).value < 1e-12
+    moved = points.copy()
+    moved[60, 1, 1, 2] += 0.03
+    check = room._slip(GAIT, dataclasses.replace(still, points=moved))
+    assert (check.value, check.time) == (pytest.approx(0.03), still.t[60])
+    moved = points.copy()
+    moved[5, 0, 3, 2] += 0.03
+    check = room._slip(GAIT, dataclasses.replace(still, points=moved))
+    assert (check.value, check.time) == (pytest.approx(0.03), still.t[5] + GAIT.step_time)
+
+
+@pytest.mark.parametrize("corners", [SQUARE, SQUARE[::-1], np.roll(SQUARE, 1, axis=0) + 7.0])
+def test_the_radius_of_gyration_of_a_rectangle(corners):
+    """r^2 = (a^2 + b^2) / 12."""
+    assert contact_plan._radius_of_gyration(corners) == pytest.approx(np.sqrt(5.0 / 12.0))
 
 
 def test_a_ground_that_carries_too_much_is_seen():

@@ -1,0 +1,186 @@
+"""The file of a gait, ``gait.npz``: the motion, and what it claims about forces and torques."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from human_gait.body import Body
+from human_gait.bspline import DEGREE
+from human_gait.exceptions import ResultError, ScenarioError
+from human_gait.gait import Gait, Samples
+from human_gait.scenario import Scenario
+from human_gait.skeleton import DOF_NAMES, N_DOF, SEGMENTS
+
+FloatArray = npt.NDArray[np.float64]
+
+FILE = "gait.npz"
+FORMAT = "human_gait gait 2"
+_ABOUT = """One step of a predicted walk, left heel strike (t = 0) to right heel strike (t = T).
+World: y up, z forward, x to the left. SI units, angles in radians.
+knots (n+4), control_points (n, 55): cubic B-splines of the 55 joint angles named in dof_names,
+q(t) = sum_j N_j,4(t) P_j for 0 <= t <= T; the next step is the mirror image.
+Sampled at t: q, v, a, tau (joint torques with ground reaction), active (without passive
+torques), zmp (x, y, z), and for the right and the left foot grf, cop (centre of pressure),
+yaw_moment, toe_share (of force and moment) and points (heel, ball_medial, ball_lateral, toe).
+footholds: where these points stand. mass: of the 55 links, the load with the thorax.
+scenario and solution are JSON."""
+_SHAPES: dict[str, tuple[int, ...]] = {  # of the samples of one instant
+    **dict.fromkeys(("q", "v", "a", "tau", "active"), (N_DOF,)),
+    "zmp": (3,),
+    **dict.fromkeys(("grf", "cop"), (2, 3)),
+    **dict.fromkeys(("yaw_moment", "toe_share"), (2,)),
+    "points": (2, 4, 3),
+}
+_UNREADABLE = (  # what numpy, zipfile, zlib and json raise at a damaged file
+    OSError,
+    EOFError,
+    ValueError,
+    TypeError,
+    LookupError,
+    RuntimeError,
+    MemoryError,
+    zipfile.BadZipFile,
+    zlib.error,
+    ScenarioError,
+)
+
+
+@dataclass(frozen=True)
+class Record:
+    """A gait and what its file claims about it, nothing of which has to be true.
+
+    Attributes
+    ----------
+    gait : Gait
+    samples : Samples
+        At ``gait.fine_times``.
+    mass : (55,) array, [kg]
+        Of the links, the load with the thorax.
+    footholds : (2, 4, 3) array, [m]
+        Where the contact points of the right and of the left foot stand.
+    """
+
+    gait: Gait
+    samples: Samples
+    mass: FloatArray
+    footholds: FloatArray
+
+
+def make_record(gait: Gait) -> Record:
+    """Return what a gait claims: its samples, its body and its footholds."""
+    samples = gait.step_samples(gait.fine_times)
+    return Record(gait, samples, carried_mass(gait.body), gait.plan.footholds)
+
+
+def carried_mass(body: Body) -> FloatArray:
+    """Return the masses (55,) of the links, the load with the thorax, [kg]."""
+    mass = body.mass.copy()
+    mass[SEGMENTS["thorax"]] += body.load.mass
+    return mass
+
+
+def save_gait(gait: Gait, folder: Path) -> None:
+    """Write a gait, and its samples for readers without this package, to ``gait.npz``."""
+    record = make_record(gait)
+    arrays = {item.name: getattr(record.samples, item.name) for item in fields(Samples)}
+    temporary = folder / f".{FILE}.tmp"
+    with temporary.open("wb") as file:
+        np.savez_compressed(
+            file,
+            format=FORMAT,
+            about=_ABOUT,
+            scenario=json.dumps(gait.scenario.to_dict()),
+            solution=json.dumps(dict(gait.solution)),
+            dof_names=np.array(DOF_NAMES),
+            breaks=gait.breaks,
+            knots=gait.knots,
+            control_points=gait.control_points,
+            mass=record.mass,
+            footholds=record.footholds,
+            **arrays,
+        )
+    temporary.replace(folder / FILE)
+
+
+def load_gait(folder: str | Path) -> Gait:
+    """Read the gait of a result folder.
+
+    Raises
+    ------
+    ResultError
+        If there is no ``gait.npz``, or it is not one of ours, or its content contradicts itself.
+    """
+    return load_record(folder).gait
+
+
+def load_record(folder: str | Path) -> Record:
+    """Read the gait of a result folder and what its file claims about it.
+
+    Raises
+    ------
+    ResultError
+        As for `load_gait`. Numbers that are merely wrong are left to `verification`.
+    """
+    path = Path(folder) / FILE
+    try:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+            return _restored(file)
+    except _UNREADABLE as error:
+        raise ResultError(f"{path}: not a gait that can be read: {error}") from None
+
+
+def _restored(file: Mapping[str, Any]) -> Record:
+    if str(file["format"]) != FORMAT:
+        found = str(file["format"])
+        raise ValueError(f"format {found!r}, expected {FORMAT!r}: predict it again")
+    gait = _gait(file)
+    if list(file["dof_names"]) != list(DOF_NAMES):
+        raise ValueError("dof_names are not those of the body")
+    mass, footholds = _numbers(file, "mass", (N_DOF,)), _numbers(file, "footholds", (2, 4, 3))
+    return Record(gait, _samples(file, gait), mass, footholds)
+
+
+def _gait(file: Mapping[str, Any]) -> Gait:
+    scenario = Scenario.from_dict(json.loads(str(file["scenario"])))
+    solution = dict(json.loads(str(file["solution"])))
+    breaks, control_points = (_numbers(file, name) for name in ("breaks", "control_points"))
+    T = scenario.walk.step_time
+    if breaks.ndim != 1 or not np.allclose(breaks[[0, -1]], [0.0, T], rtol=0.0, atol=1e-9 * T):
+        raise ValueError(f"breaks do not go from 0 to the step time {T:g} s")
+    fewest = DEGREE if scenario.discretisation.mirrored else 1
+    if len(breaks) <= fewest or np.any(np.diff(breaks) <= 0.0):
+        raise ValueError("breaks are too few or do not increase")
+    if control_points.shape != (len(breaks) + 2, N_DOF):
+        raise ValueError(f"control_points of shape {control_points.shape} do not fit")
+    gait = Gait(scenario, breaks, control_points, solution)
+    if not np.allclose(_numbers(file, "knots", gait.knots.shape), gait.knots, rtol=0.0, atol=1e-9):
+        raise ValueError("knots do not fit the breaks")
+    return gait
+
+
+def _samples(file: Mapping[str, Any], gait: Gait) -> Samples:
+    times = gait.fine_times
+    if not np.allclose(_numbers(file, "t", times.shape), times, rtol=0.0, atol=1e-12):
+        raise ValueError("t is not the grid of the samples")
+    K = len(times)
+    return Samples(times, **{name: _numbers(file, name, (K, *_SHAPES[name])) for name in _SHAPES})
+
+
+def _numbers(
+    file: Mapping[str, Any], name: str, shape: tuple[int, ...] | None = None
+) -> FloatArray:
+    numbers = np.asarray(file[name], dtype=float)
+    if not np.all(np.isfinite(numbers)):
+        raise ValueError(f"{name} holds what is not a finite number")
+    if shape is not None and numbers.shape != shape:
+        raise ValueError(f"{name} has the shape {numbers.shape}, expected {shape}")
+    return numbers
