@@ -9,7 +9,7 @@ Eq. (26) needs no row here: the splines are symmetric by construction, or `progr
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,11 +25,17 @@ from human_gait.skeleton import N_DOF, index, mirror, position_limits
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
+Words = npt.NDArray[np.str_]
 
 ALL = np.arange(N_DOF)
+SIDES = ("right", "left")
+"""In words, by number of the foot."""
+
 _UP = 1
 _FRICTION_USED = 0.95  # of the coefficient, at the constrained instants: between them it is more
 _SMALL_FORCE = 1e-3  # of the weight
+_POINTS = ("heel", "inner ball", "outer ball", "toe")
+_PLACE, _MOTION = ("sideways", "height", "forward"), ("sideways", "vertical", "forward")
 _PELVIS = index("pelvis_tz")
 
 
@@ -61,6 +67,8 @@ class Constraint:
         Index of each row's instant on the grid.
     columns : (r, c) int array
         DOF of each row.
+    what : (r,) str array
+        What each row is about, in words; no two rows of one instant say the same.
     evaluate : function
         Instants of the grid -> Residual.
     linear : bool
@@ -74,6 +82,7 @@ class Constraint:
     upper: FloatArray
     instants: IntArray
     columns: IntArray
+    what: Words
     evaluate: Callable[[Instants], Residual]
     linear: bool = False
 
@@ -86,10 +95,9 @@ class Constraint:
             return Residual(r.value[rows], r.dq[rows], r.dv[rows], r.da[rows])
 
         lower, upper = self.lower[rows], self.upper[rows]
-        k, columns = self.instants[rows], self.columns[rows]
-        return replace(
-            self, lower=lower, upper=upper, instants=k, columns=columns, evaluate=evaluate
-        )
+        k, columns, what = self.instants[rows], self.columns[rows], self.what[rows]
+        rest = replace(self, lower=lower, upper=upper, what=what)
+        return replace(rest, instants=k, columns=columns, evaluate=evaluate)
 
 
 def joint_limits(scenario: Scenario, names: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
@@ -176,9 +184,9 @@ def ground_penetration(plan: ContactPlan, times: FloatArray, on: IntArray) -> Co
     def evaluate(now: Instants) -> Residual:
         return _of_points(now, k, f, p, [_UP])
 
-    lower = np.zeros(len(k))
+    lower, columns, what = np.zeros(len(k)), _chains(f, 1), _point_words(f, p, ["height"])
     return Constraint(
-        "ground penetration", "20", "m", lower, lower + np.inf, k, _chains(f, 1), evaluate
+        "ground penetration", "20", "m", lower, lower + np.inf, k, columns, what, evaluate
     )
 
 
@@ -194,9 +202,9 @@ def contact_position(
         at = _of_points(now, k, f, p, [0, 1, 2])
         return Residual(at.value - targets, at.dq, at.dv, at.da)
 
-    instants, columns = np.repeat(k, 3), _chains(f, 3)
+    instants, columns, what = np.repeat(k, 3), _chains(f, 3), _point_words(f, p, _PLACE)
     return Constraint(
-        "contact position", "20, 21", "m", -tolerance, tolerance, instants, columns, evaluate
+        "contact position", "20, 21", "m", -tolerance, tolerance, instants, columns, what, evaluate
     )
 
 
@@ -213,9 +221,9 @@ def soft_impact(
         )
         return Residual(value.ravel(), _rows(dq), _rows(dv), 0.0 * _rows(dv))
 
-    instants, columns = np.repeat(k, 3), _chains(f, 3)
+    instants, columns, what = np.repeat(k, 3), _chains(f, 3), _point_words(f, p, _MOTION)
     return Constraint(
-        "soft impact", "24", "m/s", -tolerance, tolerance, instants, columns, evaluate
+        "soft impact", "24", "m/s", -tolerance, tolerance, instants, columns, what, evaluate
     )
 
 
@@ -237,7 +245,8 @@ def feet_apart(
             dq[:, CHAINS[f]] += sign * now.feet[f].jacobian[k, p, 0]
         return Residual(value, dq, 0.0 * dq, 0.0 * dq)
 
-    return Constraint("feet apart", "", "m", lower, lower + np.inf, k, _all(k), evaluate)
+    what = np.tile(["right heel past the left one", "right toe past the left one"], len(swing))
+    return Constraint("feet apart", "", "m", lower, lower + np.inf, k, _all(k), what, evaluate)
 
 
 def zmp_stability(plan: ContactPlan, times: FloatArray) -> Constraint:
@@ -260,8 +269,16 @@ def zmp_stability(plan: ContactPlan, times: FloatArray) -> Constraint:
         return _full(rows)
 
     k = np.concatenate([np.repeat(k, 2) for _, k in feet for _ in range(2)])
-    lower = np.zeros(len(k))
-    return Constraint("ZMP stability", "22", "m", lower, lower + np.inf, k, _all(k), evaluate)
+    edges = [[("outer", "rear"), ("inner", "front")], [("inner", "rear"), ("outer", "front")]]
+    words = [
+        f"{SIDES[f]} foot, {edge} edge"
+        for f, k in feet
+        for two in edges[f]
+        for _ in k
+        for edge in two
+    ]
+    lower, what = np.zeros(len(k)), np.array(words)
+    return Constraint("ZMP stability", "22", "m", lower, lower + np.inf, k, _all(k), what, evaluate)
 
 
 def load_transfer(scenario: Scenario, plan: ContactPlan, times: FloatArray) -> Constraint:
@@ -284,21 +301,22 @@ def load_transfer(scenario: Scenario, plan: ContactPlan, times: FloatArray) -> C
         return _full([(share - least) * push, (most - share) * push])
 
     lower, k2 = np.zeros(2 * len(k)), np.concatenate([k, k])
+    what = np.repeat(["left foot loaded too late", "left foot loaded too early"], len(k))
     return Constraint(
-        "load transfer", "17", "of the load", lower, lower + np.inf, k2, _all(k2), evaluate
+        "load transfer", "17", "of the load", lower, lower + np.inf, k2, _all(k2), what, evaluate
     )
 
 
 def ground_pushes(times: FloatArray, plan: ContactPlan) -> Constraint:
     """The ground pushes, it does not pull: R_y is at least a tenth of the weight."""
     k = np.arange(len(times))
-    lower, weight = np.full(len(k), 0.1), plan.weight
+    lower, weight, what = np.full(len(k), 0.1), plan.weight, _same(k, "vertical force, both feet")
 
     def evaluate(now: Instants) -> Residual:
         return _full([now.ground.force[:, 1] / weight])
 
     return Constraint(
-        "ground pushes", "17", "body weight", lower, lower + np.inf, k, _all(k), evaluate
+        "ground pushes", "17", "body weight", lower, lower + np.inf, k, _all(k), what, evaluate
     )
 
 
@@ -316,8 +334,9 @@ def sliding_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
 
     k = np.concatenate([k for _, k in feet])
     lower = np.zeros(len(k))
+    what = np.array([f"{SIDES[f]} foot, horizontal force" for f, k in feet for _ in k])
     return Constraint(
-        "sliding friction", "", "body weight", lower, lower + np.inf, k, _all(k), evaluate
+        "sliding friction", "", "body weight", lower, lower + np.inf, k, _all(k), what, evaluate
     )
 
 
@@ -336,7 +355,10 @@ def turning_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
         return _full([(most - moment) * (1.0 / weight), (most + moment) * (1.0 / weight)])
 
     lower, k2 = np.zeros(2 * len(k)), np.concatenate([k, k])
-    return Constraint("turning friction", "", "m", lower, lower + np.inf, k2, _all(k2), evaluate)
+    what = np.repeat(["feet turned to the left", "feet turned to the right"], len(k))
+    return Constraint(
+        "turning friction", "", "m", lower, lower + np.inf, k2, _all(k2), what, evaluate
+    )
 
 
 def pelvic_velocity(scenario: Scenario, on: IntArray) -> Constraint:
@@ -348,9 +370,9 @@ def pelvic_velocity(scenario: Scenario, on: IntArray) -> Constraint:
     def evaluate(now: Instants) -> Residual:
         return Residual(now.v[k, _PELVIS] - speed, 0 * one, one, 0 * one)
 
-    columns = np.full((len(k), 1), _PELVIS)
+    columns, what = np.full((len(k), 1), _PELVIS), _same(k, "pelvis, forward")
     return Constraint(
-        "pelvic velocity", "23", "m/s", -tolerance, tolerance, k, columns, evaluate, linear=True
+        "pelvic velocity", "23", "m/s", -tolerance, tolerance, k, columns, what, evaluate, True
     )
 
 
@@ -364,16 +386,9 @@ def knee_at_mid_swing(scenario: Scenario, times: FloatArray) -> Constraint:
     def evaluate(now: Instants) -> Residual:
         return Residual(now.q[k, knee] - np.deg2rad(60.0), one, 0 * one, 0 * one)
 
+    columns, what = np.array([[knee]]), _same(k, "right knee, flexion")
     return Constraint(
-        "knee at mid-swing",
-        "25",
-        "rad",
-        -tolerance,
-        tolerance,
-        k,
-        np.array([[knee]]),
-        evaluate,
-        linear=True,
+        "knee at mid-swing", "25", "rad", -tolerance, tolerance, k, columns, what, evaluate, True
     )
 
 
@@ -387,6 +402,7 @@ def arm_leg_coupling(scenario: Scenario, on: IntArray) -> Constraint:
     k = np.repeat(on, 2)
     columns = np.tile(pairs, (len(on), 1))
     upper = np.full(len(k), scenario.tolerances.arm_leg)
+    what = np.tile([f"{side} shoulder against {side} hip" for side in SIDES], len(on))
 
     def evaluate(now: Instants) -> Residual:
         angles = now.q[k[:, None], columns]
@@ -394,7 +410,7 @@ def arm_leg_coupling(scenario: Scenario, on: IntArray) -> Constraint:
         return Residual(angles.prod(axis=1), dq, 0.0 * dq, 0.0 * dq)
 
     return Constraint(
-        "arm-leg coupling", "27", "rad^2", upper - np.inf, upper, k, columns, evaluate
+        "arm-leg coupling", "27", "rad^2", upper - np.inf, upper, k, columns, what, evaluate
     )
 
 
@@ -423,6 +439,16 @@ def _rows(partials: FloatArray) -> FloatArray:
 def _chains(f: IntArray, rows: int) -> IntArray:
     """Return the columns of `rows` rows for each of the feet f."""
     return np.repeat(np.stack(CHAINS)[f], rows, axis=0)
+
+
+def _point_words(f: IntArray, p: IntArray, axes: Iterable[str]) -> Words:
+    """Return what the rows of points p of the feet f are about, an axis each."""
+    pairs = zip(f, p, strict=True)
+    return np.array([f"{SIDES[i]} {_POINTS[j]}, {axis}" for i, j in pairs for axis in axes], str)
+
+
+def _same(k: IntArray, words: str) -> Words:
+    return np.full(len(k), words)
 
 
 def _all(k: IntArray) -> IntArray:

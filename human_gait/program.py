@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from pydrake.math import BsplineBasis
-from pydrake.solvers import MathematicalProgram
+from pydrake.solvers import MathematicalProgram, MathematicalProgramResult
 from pydrake.trajectories import BsplineTrajectory
 
 from human_gait.bspline import DEGREE, Basis
@@ -31,7 +31,7 @@ from human_gait.initial_guess import initial_guess
 from human_gait.instant import Instants, Walker
 from human_gait.objective import torque_squared, torque_weights
 from human_gait.scenario import Scenario
-from human_gait.skeleton import DOF_NAMES, MIRROR_INDEX, N_DOF, index
+from human_gait.skeleton import DOF_NAMES, DOF_UNITS, MIRROR_INDEX, N_DOF, in_words, index
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -39,7 +39,9 @@ BoolArray = npt.NDArray[np.bool_]
 COST_SCALE = 1e-3
 """The solvers see the cost in kN^2 m^2 s: of the order of one to ten."""
 
-SYMMETRY = ("symmetry condition", "26", "rad, m or per s")
+SYMMETRY = ("symmetry condition", "26")
+_AT_LIMIT = 1e-4  # [rad or m]: IPOPT ends so near to a bound that matters
+LIMITS = ("joint limit", "19")
 _TIED = {"acceleration": 0, "position": 1, "velocity": 2}  # derivatives that have rows of Eq. 26
 _LEAST_CURVATURE = 1e-4  # [kN^2 m^2 / rad^2] keeps the units of the lightest joints below 10 rad
 
@@ -54,6 +56,8 @@ class Violation:
     value : float
         By how much the bound is exceeded, 0 if it is kept, in `unit`.
     time : float, [s]
+    what : str
+        What the row is about, in words.
     """
 
     name: str
@@ -61,6 +65,7 @@ class Violation:
     unit: str
     value: float
     time: float
+    what: str = ""
 
 
 class GaitProgram:
@@ -178,9 +183,40 @@ class GaitProgram:
         ]
         matrix, ends = self._symmetry
         if len(ends):
-            apart = float(np.abs(matrix @ free - ends).max())
-            worst.append(Violation(*SYMMETRY, apart, self.basis.step_time))
+            apart = np.abs(matrix @ free - ends)
+            row = int(np.argmax(apart))
+            what, unit = self.symmetry_words[row]
+            T = self.basis.step_time
+            worst.append(Violation(*SYMMETRY, unit, float(apart[row]), T, what))
         return worst
+
+    def multipliers(self, result: MathematicalProgramResult) -> dict[str, FloatArray]:
+        """Return the shadow price of every bound by name of its constraint.
+
+        That is d objective / d bound, [N^2 m^2 s] per unit of the row: positive at a lower bound
+        that is active, negative at an upper one, 0 elsewhere. Those of `LIMITS` are (m * 55,), of
+        the bounds of the control points.
+        """
+        prices = {
+            binding.evaluator().get_description(): result.GetDualSolution(binding) / COST_SCALE
+            for binding in self.prog.GetAllConstraints()
+        }
+        at = result.GetSolution(self.prog.decision_variables()) * self.unit
+        ends = (np.tile(limit, self.basis.n_free) for limit in self.limits)
+        away = np.min([np.abs(at - end) for end in ends], axis=0)
+        # SNOPT gives the slopes that are left of free variables too: bounds that do not hold them
+        prices[LIMITS[0]] = np.where(away <= _AT_LIMIT, prices[LIMITS[0]] / self.unit, 0.0)
+        return prices
+
+    @property
+    def symmetry_words(self) -> list[tuple[str, str]]:
+        """What the rows of Eq. (26) are about, in words, and their units."""
+        orders = (("posture", ""), ("velocity", "/s"))[: len(self._symmetry[1]) // N_DOF]
+        return [
+            (f"{in_words(name)}, {which}", unit + per_time)
+            for which, per_time in orders
+            for name, unit in zip(DOF_NAMES, DOF_UNITS, strict=True)
+        ]
 
     def pattern(self, constraint: Constraint) -> BoolArray:
         """Return (r, m * 55) true where the Jacobian of a constraint can differ from zero."""
@@ -199,19 +235,21 @@ class GaitProgram:
         row = int(np.argmax(excess))
         time = float(self.times[constraint.instants[row]])
         name, equation, unit = constraint.name, constraint.equation, constraint.unit
-        return Violation(name, equation, unit, float(excess[row]), time)
+        return Violation(name, equation, unit, float(excess[row]), time, str(constraint.what[row]))
 
     def _program(self, constraints: list[Constraint]) -> tuple[MathematicalProgram, FloatArray]:
         """Return a program with limits and constraints, without cost, and its variables."""
         prog = MathematicalProgram()
         variables = prog.NewContinuousVariables(self.basis.n_free * N_DOF, "P")
         lower, upper = (np.tile(limit, self.basis.n_free) / self.unit for limit in self.limits)
-        prog.AddBoundingBoxConstraint(lower, upper, variables)
+        box = prog.AddBoundingBoxConstraint(lower, upper, variables)
+        box.evaluator().set_description(LIMITS[0])
         for constraint in constraints:
             self._add(prog, constraint, variables)
         matrix, ends = self._symmetry
         if len(ends):
-            prog.AddLinearEqualityConstraint(matrix * self.unit, ends, variables)
+            ties = prog.AddLinearEqualityConstraint(matrix * self.unit, ends, variables)
+            ties.evaluator().set_description(SYMMETRY[0])
         return prog, variables
 
     def _symmetry_rows(self) -> tuple[FloatArray, FloatArray]:
@@ -232,7 +270,8 @@ class GaitProgram:
             still = constraint.evaluate(self._evaluated(np.zeros(len(variables))))
             lower, upper = constraint.lower - still.value, constraint.upper - still.value
             jacobian = self._chain(constraint, still) * self.unit
-            prog.AddLinearConstraint(jacobian, lower, upper, variables)
+            rows = prog.AddLinearConstraint(jacobian, lower, upper, variables)
+            rows.evaluator().set_description(constraint.name)
             return
         function = _seam(lambda free: self.residual(constraint, free), self.unit)
         binding = prog.AddConstraint(function, constraint.lower, constraint.upper, variables)

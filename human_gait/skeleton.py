@@ -22,6 +22,14 @@ IntArray = npt.NDArray[np.intp]
 GRAVITY = 9.81
 """Acceleration of gravity, [m/s^2]."""
 
+_PELVIS = {  # axes of the world: x left, y up, z forward
+    "tx": "sideways",
+    "ty": "height",
+    "tz": "forward",
+    "rx": "tilt",
+    "ry": "rotation",
+    "rz": "obliquity",
+}
 _JOINTS = [row for row in data.rows("dh_table") if row["kind"] == "joint"]
 _LIMITS = data.rows("joint_limits")
 
@@ -35,6 +43,9 @@ PARENT: IntArray = np.array([int(row["parent_link"]) - 1 for row in _JOINTS])
 
 PRISMATIC: npt.NDArray[np.bool_] = np.array([row["type"] == "P" for row in _JOINTS])
 """(55,) true for the global translations."""
+
+DOF_UNITS: tuple[str, ...] = tuple("m" if sliding else "rad" for sliding in PRISMATIC)
+"""Units of the degrees of freedom."""
 
 BRANCHES: Mapping[str, tuple[int, ...]] = MappingProxyType(
     {
@@ -61,6 +72,15 @@ def index(name: str) -> int:
     if name not in DOF_NAMES:
         raise ValueError(f"no degree of freedom is called {name!r}")
     return DOF_NAMES.index(name)
+
+
+def in_words(name: str) -> str:
+    """Return a degree of freedom as one would say it, such as ``right hip flexion``."""
+    if name.startswith("pelvis_"):
+        return f"pelvis {_PELVIS[name.removeprefix('pelvis_')]}"
+    stem, _, side = name.rpartition("_")
+    sides = {"r": "right ", "l": "left "}
+    return (sides[side] + stem if side in sides else name).replace("_", " ")
 
 
 def _other_side(name: str) -> str:

@@ -7,12 +7,18 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from pydrake.solvers import IpoptSolver, MathematicalProgram, SnoptSolver, SolverOptions
+from pydrake.solvers import (
+    IpoptSolver,
+    MathematicalProgram,
+    MathematicalProgramResult,
+    SnoptSolver,
+    SolverOptions,
+)
 
 from human_gait.gait import Gait
 from human_gait.program import GaitProgram, Violation
@@ -113,6 +119,8 @@ class Solution:
     cost : float, [N^2 m^2 s]
     wall_time : float, [s]
     violations : list of Violation
+    multipliers : dict of str to array
+        What each bound costs, `GaitProgram.multipliers`; empty unless converged.
     """
 
     gait: Gait
@@ -126,6 +134,7 @@ class Solution:
     cost: float
     wall_time: float
     violations: list[Violation]
+    multipliers: dict[str, FloatArray] = field(default_factory=dict)
 
 
 class _Interrupted(Exception):
@@ -142,6 +151,7 @@ class _Watch:
         self.count = self.attempts = 0
         self.best: Iterate | None = None
         self.stop = False
+        self.end: MathematicalProgramResult | None = None
 
     @property
     def elapsed(self) -> float:
@@ -225,7 +235,7 @@ def _stages(program: GaitProgram, solver: str, start: FloatArray | None, watch: 
     try:
         for path in starts:
             watch.stage, watch.attempts = "torque", watch.attempts + 1
-            free, solved, status = _run(program.prog, solver, path, {}, program.unit)
+            free, solved, status = _run(program.prog, solver, path, {}, program.unit, watch)
             if solved or _largest(program.violations(free)) <= FEASIBLE:
                 break
     except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
@@ -252,16 +262,20 @@ def _run(
     start: FloatArray,
     changes: dict[str, Any],
     unit: npt.ArrayLike = 1.0,
+    watch: _Watch | None = None,
 ) -> tuple[FloatArray, bool, str]:
     """Return the point a solver ends at, whether it is content, and what it says.
 
-    Points are in rad and m; the variables of the program are parts of `unit`.
+    Points are in rad and m; the variables of the program are parts of `unit`. The result of Drake,
+    which holds the multipliers, is left with the watch.
     """
     engine = SnoptSolver() if solver == "snopt" else IpoptSolver()
     options = SolverOptions()
     for name, value in {**_OPTIONS[solver], **changes}.items():
         options.SetOption(engine.solver_id(), name, value)
     result = engine.Solve(prog, start / np.asarray(unit), options)
+    if watch:
+        watch.end = result
     details = result.get_solver_details()
     status = _snopt_status(details.info) if solver == "snopt" else details.ConvertStatusToString()
     return result.GetSolution(prog.decision_variables()) * unit, result.is_success(), status
@@ -282,9 +296,10 @@ def _solution(
     if not feasible and watch.best is not None:
         free, cost = watch.best.free, watch.best.cost
         violations = program.violations(free)
+    converged = solved and feasible
     return Solution(
         program.gait(free, solver=solver, status=status, cost=cost, wall_time_s=wall_time),
-        solved and feasible,
+        converged,
         status == "interrupted",
         solver,
         status,
@@ -294,6 +309,7 @@ def _solution(
         cost,
         wall_time,
         violations,
+        program.multipliers(watch.end) if converged and watch.end else {},
     )
 
 
