@@ -1,4 +1,4 @@
-"""The command ``human-gait``: predict, refine, verify, play, plot, compare, figures, urdf.
+"""The command ``human-gait``: predict, refine, verify, explain, play, plot, compare, figures, urdf.
 
 Exit codes: 0 done, 1 no solution found, no walk or the solve interrupted (its best gait is kept), 2
 bad input, 130 interrupted elsewhere. An error is one line.
@@ -85,6 +85,9 @@ def predict(
         SolverChoice, typer.Option(help="Optimiser; both compares the two.")
     ] = SolverChoice.SNOPT,
     dynamics: Engine = DynamicsName.PINOCCHIO,
+    seed: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Of the random starts, where others fail.")
+    ] = 0,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else out/<scenario>.")
     ] = None,
@@ -101,7 +104,7 @@ def predict(
         else:
             from human_gait.prediction import predict_to_folder
 
-            found = predict_to_folder(task, solver.value, folder, dynamics.value)
+            found = predict_to_folder(task, solver.value, folder, dynamics.value, seed)
     except ScenarioError as error:
         raise error.found_in(str(scenario)) from None
     if not found:
@@ -141,6 +144,17 @@ def verify(folder: ResultFolder) -> None:
 
     if not verify_folder(folder):
         raise typer.Exit(NO_SOLUTION)
+
+
+@app.command()
+def explain(folder: ResultFolder) -> None:
+    """Tell what shapes the walk of a result, or why there is none and what to try."""
+    check_result(folder)
+    from rich.console import Console
+
+    from human_gait.explanation import explained
+
+    Console(highlight=False).print(explained(folder))
 
 
 @app.command()

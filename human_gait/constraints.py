@@ -355,7 +355,7 @@ def turning_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
         return _full([(most - moment) * (1.0 / weight), (most + moment) * (1.0 / weight)])
 
     lower, k2 = np.zeros(2 * len(k)), np.concatenate([k, k])
-    what = np.repeat(["feet turned to the left", "feet turned to the right"], len(k))
+    what = np.repeat(["vertical moment, to the left", "vertical moment, to the right"], len(k))
     return Constraint(
         "turning friction", "", "m", lower, lower + np.inf, k2, _all(k2), what, evaluate
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import platform
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from importlib.metadata import version
@@ -20,13 +20,18 @@ from rich.table import Table
 from rich.text import Text
 
 from human_gait.agreement import agreement_to_folder
+from human_gait.diagnosis import check_text, not_kept, suggestions, violation_text
 from human_gait.exceptions import NoSolutionFound
+from human_gait.explanation import FILE as EXPLANATION
+from human_gait.explanation import diagnosis_text
 from human_gait.gait import Gait
 from human_gait.gait_cycle import save_gait_cycle
-from human_gait.gait_file import load_record, make_record, save_gait
+from human_gait.gait_file import load_record, save_gait
+from human_gait.influence import influences
+from human_gait.ladder import GIVEN, OWN_GUESS, Attempt, best, climb
 from human_gait.program import GaitProgram, build_program, refined_program
 from human_gait.scenario import Scenario
-from human_gait.solver import FEASIBLE, SOLVERS, Iterate, Solution, posture, solve
+from human_gait.solver import SOLVERS, Iterate, Solution, posture
 from human_gait.verification import Check, verify
 
 FloatArray = npt.NDArray[np.float64]
@@ -36,7 +41,9 @@ PACKAGES = ("human-gait", "drake", "pin", "numpy", "scipy")
 _LINE_EVERY = 25
 
 
-def predict(scenario: Scenario, solver: str = "snopt", dynamics: str = "pinocchio") -> Gait:
+def predict(
+    scenario: Scenario, solver: str = "snopt", dynamics: str = "pinocchio", seed: int = 0
+) -> Gait:
     """Return the predicted gait of a scenario.
 
     Parameters
@@ -46,32 +53,38 @@ def predict(scenario: Scenario, solver: str = "snopt", dynamics: str = "pinocchi
         ``snopt`` or ``ipopt``.
     dynamics : str
         ``pinocchio``, or ``dh`` for the paper's own recursion.
+    seed : int
+        Of the random starts, where the others fail (`ladder`).
 
     Raises
     ------
     NoSolutionFound
-        If the solver did not converge or a check fails; it carries the best gait so far, the
-        constraints that are not kept and the checks that failed.
+        If the solver did not converge or a check fails; it carries the best gait so far and, as
+        its report, the constraints that are not kept, the checks that failed and what to try.
     """
-    solution = solve(build_program(scenario, dynamics=dynamics), solver)
-    failed = [check for check in verify(make_record(solution.gait)) if not check.passed]
-    if not solution.converged or failed:
+    program = build_program(scenario, dynamics=dynamics)
+    kept = best(climb(program, solver, seed=seed))
+    solution, checks = kept.solution, kept.checks
+    if not kept.success:
+        failed = [check for check in checks if not check.passed]
+        broken = not_kept(scenario, solution.violations)
         raise NoSolutionFound(
             f"{solution.solver} stopped: {solution.status}",
             solution.gait,
-            [*(worst for worst in solution.violations if worst.value > FEASIBLE), *failed],
+            [*broken, *failed, *suggestions(program, solution, checks)],
         )
     return solution.gait
 
 
 def predict_to_folder(
-    scenario: Scenario, solver: str, folder: Path, dynamics: str = "pinocchio"
+    scenario: Scenario, solver: str, folder: Path, dynamics: str = "pinocchio", seed: int = 0
 ) -> bool:
     """Predict, verify and write a result; return whether it is a walk.
 
     A solve that fails or is interrupted leaves its best gait and says what is wrong with it.
     """
-    return _solve_to_folder(build_program(scenario, dynamics=dynamics), solver, folder)[0]
+    program = build_program(scenario, dynamics=dynamics)
+    return _solve_to_folder(program, solver, folder, seed=seed).success
 
 
 def refine_to_folder(
@@ -85,7 +98,7 @@ def refine_to_folder(
         If the gait has as many control points, or more.
     """
     program, start = refined_program(gait, n_control_points, dynamics)
-    return _solve_to_folder(program, solver, folder, start)[0]
+    return _solve_to_folder(program, solver, folder, start).success
 
 
 def predict_by_all_solvers(scenario: Scenario, folder: Path, dynamics: str = "pinocchio") -> bool:
@@ -97,37 +110,40 @@ def predict_by_all_solvers(scenario: Scenario, folder: Path, dynamics: str = "pi
     program = build_program(scenario, dynamics=dynamics)
     console = Console(highlight=False)
     with _progress(console) as tell:
-        start = posture(program, tell)
+        start = posture(program, tell("posture path"))
     found = []
     for name in SOLVERS:
-        success, solution = _solve_to_folder(program, name, folder / name, start)
-        if solution.interrupted:
+        kept = _solve_to_folder(program, name, folder / name, start)
+        if kept.solution.interrupted:
             return False
-        found.append(success)
+        found.append(kept.success)
     console.print(agreement_to_folder(folder, SOLVERS))
     return all(found)
 
 
 def _solve_to_folder(
-    program: GaitProgram, solver: str, folder: Path, start: FloatArray | None = None
-) -> tuple[bool, Solution]:
-    """Solve, verify, write and tell; return whether the result is a walk, and the solution."""
+    program: GaitProgram,
+    solver: str,
+    folder: Path,
+    start: FloatArray | None = None,
+    seed: int = 0,
+) -> Attempt:
+    """Solve, verify, write and tell; return the attempt that was kept."""
     console = Console(highlight=False)
     console.print(
         f"{program.scenario.name}: {len(program.variables)} variables, "
         f"{program.n_constraint_rows} constraints, {solver}, dynamics by {program.dynamics}"
     )
     with _progress(console) as tell:
-        solution = solve(program, solver, start, tell)
-    checks = verify(make_record(solution.gait))
-    success = solution.converged and all(check.passed for check in checks)
-    summary = _summary(program, solution, checks, success)
-    _write(folder, solution.gait, summary)
-    console.print(_check_table(checks))
-    console.print(_verdict(solution, success, folder))
-    if not success:
-        console.print(_failures(solution, checks))
-    return success, solution
+        attempts = climb(program, solver, start, seed, tell)
+    kept = best(attempts)
+    summary = _summary(program, kept, attempts, seed)
+    _write(folder, kept.solution.gait, summary, _explanation(program, kept.solution))
+    console.print(_check_table(kept.checks))
+    console.print(_verdict(kept, attempts, folder))
+    if not kept.success:
+        console.print(diagnosis_text(summary["diagnosis"]), soft_wrap=True)
+    return kept
 
 
 def verify_folder(folder: Path) -> bool:
@@ -148,18 +164,26 @@ def verify_folder(folder: Path) -> bool:
 
 
 @contextmanager
-def _progress(console: Console) -> Iterator[Any]:
-    """Yield a function that shows iterates: a live line on a terminal, else a line now and then."""
+def _progress(console: Console) -> Iterator[Callable[[str], Callable[[Iterate], None]]]:
+    """Yield a function that takes the name of a start and returns one that shows iterates.
+
+    On a terminal there is one live line, else a line now and then.
+    """
+
+    def some(now: Iterate) -> None:
+        if now.number % _LINE_EVERY == 1:
+            console.print(_line(now), soft_wrap=True)
+
+    def begin(start: str, show: Callable[[Iterate], None]) -> Callable[[Iterate], None]:
+        if start not in (OWN_GUESS, GIVEN):
+            console.print(f"no walk yet; next start: {start}")
+        return show
+
     if not console.is_terminal:
-
-        def tell(now: Iterate) -> None:
-            if now.number % _LINE_EVERY == 1:
-                console.print(_line(now), soft_wrap=True)
-
-        yield tell
+        yield lambda start: begin(start, some)
         return
     with Live(console=console, refresh_per_second=8, transient=False) as live:
-        yield lambda now: live.update(_line(now))
+        yield lambda start: begin(start, lambda now: live.update(_line(now)))
 
 
 def _line(now: Iterate) -> Text:
@@ -171,16 +195,18 @@ def _line(now: Iterate) -> Text:
 
 
 def _summary(
-    program: GaitProgram, solution: Solution, checks: list[Check], success: bool
+    program: GaitProgram, kept: Attempt, attempts: list[Attempt], seed: int
 ) -> dict[str, Any]:
-    scenario = program.scenario
+    scenario, solution, checks = program.scenario, kept.solution, kept.checks
     return {
-        "success": success,
+        "success": kept.success,
+        "start": kept.start,
+        "seed": seed,
         "solver": solution.solver,
         "dynamics": program.dynamics,
         "solver_status": solution.status,
-        "wall_time_s": solution.wall_time,
-        "attempts": solution.attempts,
+        "wall_time_s": sum(attempt.solution.wall_time for attempt in attempts),
+        "attempts": [_attempt(attempt) for attempt in attempts],
         "iterations": solution.iterations,
         "evaluations": solution.evaluations,
         "cost": solution.cost,
@@ -189,6 +215,7 @@ def _summary(
         "n_constraints": program.n_constraint_rows,
         "violations": {
             worst.name: {
+                "what": worst.what,
                 "value": worst.value,
                 "unit": worst.unit,
                 "time_s": worst.time,
@@ -197,6 +224,7 @@ def _summary(
             for worst in solution.violations
         },
         "checks": _by_name(checks),
+        "diagnosis": None if kept.success else _diagnosis(program, solution, checks),
         "walking_speed_m_per_s": scenario.walk.speed,
         "step_length_m": scenario.walk.step_length,
         "body_mass_kg": scenario.subject.mass,
@@ -207,11 +235,26 @@ def _summary(
     }
 
 
+def _attempt(attempt: Attempt) -> dict[str, Any]:
+    solution = attempt.solution
+    return {
+        "start": attempt.start,
+        "solver": solution.solver,
+        "solver_status": solution.status,
+        "converged": solution.converged,
+        "success": attempt.success,
+        "failed_checks": [check.name for check in attempt.checks if not check.passed],
+        "wall_time_s": solution.wall_time,
+        "evaluations": solution.evaluations,
+        "cost": solution.cost,
+    }
+
+
 def _by_name(checks: list[Check]) -> dict[str, dict[str, Any]]:
     return {check.name: {**asdict(check), "passed": check.passed} for check in checks}
 
 
-def _write(folder: Path, gait: Gait, summary: dict[str, Any]) -> None:
+def _write(folder: Path, gait: Gait, summary: dict[str, Any], explanation: dict[str, Any]) -> None:
     from human_gait.playback import save_playback  # noqa: PLC0415, half a second to import
     from human_gait.plots import save_plots  # noqa: PLC0415, the same
 
@@ -221,6 +264,7 @@ def _write(folder: Path, gait: Gait, summary: dict[str, Any]) -> None:
         save_gait(gait, new)
         save_gait_cycle(gait, new / "gait_cycle.csv")
         (new / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+        (new / EXPLANATION).write_text(json.dumps(explanation, indent=2) + "\n", encoding="utf-8")
         save_plots(gait, new)
         save_playback(gait, new / "playback.html")
         for path in new.iterdir():
@@ -237,30 +281,31 @@ def _check_table(checks: list[Check]) -> Table:
     return table
 
 
-def _verdict(solution: Solution, success: bool, folder: Path) -> str:
-    outcome = "found a walk" if success else "found no walk"
+def _verdict(kept: Attempt, attempts: list[Attempt], folder: Path) -> str:
+    solution, outcome = kept.solution, "found a walk" if kept.success else "found no walk"
+    seconds = sum(attempt.solution.wall_time for attempt in attempts)
+    starts = f", {len(attempts)} starts, kept: {kept.start}" if len(attempts) > 1 else ""
     return (
-        f"{solution.solver} {outcome} in {solution.wall_time:.1f} s ({solution.status}); "
+        f"{solution.solver} {outcome} in {seconds:.1f} s ({solution.status}{starts}); "
         f"result in {folder}"
     )
 
 
-def _failures(solution: Solution, checks: list[Check]) -> str:
-    """Return which constraints and checks failed, when and by how much."""
-    lines = [
-        f"  {worst.name} (Eq. {worst.equation}): {worst.value:.2e} {worst.unit} "
-        f"at t = {worst.time:.3f} s"
-        for worst in solution.violations
-        if worst.value > FEASIBLE
-    ]
-    lines += [
-        f"  {check.name}: {check.value:.2e} {check.unit} at t = {check.time:.3f} s, "
-        f"allowed {check.limit:g}"
-        for check in checks
-        if not check.passed
-    ]
-    return (
-        "\n".join(["not kept:", *lines])
-        if lines
-        else "every constraint is kept, but the solver stopped before the optimum"
-    )
+def _diagnosis(program: GaitProgram, solution: Solution, checks: list[Check]) -> dict[str, Any]:
+    """Return which constraints and checks failed, when and by how much, and what to try."""
+    scenario, T = program.scenario, program.basis.step_time
+    broken = [violation_text(worst, T) for worst in not_kept(scenario, solution.violations)]
+    failed = [check_text(check, T) for check in checks if not check.passed]
+    tries = [asdict(one) for one in suggestions(program, solution, checks)]
+    return {"not_kept": broken + failed, "try": tries}
+
+
+def _explanation(program: GaitProgram, solution: Solution) -> dict[str, Any]:
+    """Return what shapes a gait, the most costly bound first; nothing unless it converged."""
+    return {
+        "cost": solution.cost,
+        "cost_unit": "N^2 m^2 s",
+        "price_unit": "N^2 m^2 s per unit of the bound",
+        "step_time_s": program.basis.step_time,
+        "shapes": [one.to_dict() for one in influences(program, solution)],
+    }

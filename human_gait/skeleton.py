@@ -80,7 +80,8 @@ def in_words(name: str) -> str:
         return f"pelvis {_PELVIS[name.removeprefix('pelvis_')]}"
     stem, _, side = name.rpartition("_")
     sides = {"r": "right ", "l": "left "}
-    return (sides[side] + stem if side in sides else name).replace("_", " ")
+    words = (sides[side] + stem if side in sides else name).replace("_", " ")
+    return words.replace("spine", "spine ").replace(" lateral", " lateral bending")
 
 
 def _other_side(name: str) -> str:

@@ -54,9 +54,8 @@ _POSTURE_OPTIONS: dict[str, dict[str, Any]] = {
     "snopt": {"Major optimality tolerance": 1e-1, "Major iterations limit": 25},
     "ipopt": {"tol": 1e-2, "max_iter": 50},
 }
-# If the torque stage gets stuck, another feasible posture path is tried: weights of staying near
-# the guess [1/rad^2 s] and of moving gently [s^3/rad^2]. Always in this order: nothing is random.
-_ATTEMPTS = ((1.0, 1e-1), (0.3, 1e-2), (1.0, 1.0))
+POSTURE = (1.0, 1e-1)
+"""Weights of a posture path: staying near the guess [1/rad^2 s], moving gently [s^3/rad^2]."""
 
 _SNOPT_STATUS = {
     1: "optimality conditions satisfied",
@@ -114,8 +113,6 @@ class Solution:
     solver, status : str
     iterations, evaluations : int
         Points at which the solver had costs and gradients; times that the dynamics was evaluated.
-    attempts : int
-        Posture paths that the torque stage was started from.
     cost : float, [N^2 m^2 s]
     wall_time : float, [s]
     violations : list of Violation
@@ -130,7 +127,6 @@ class Solution:
     status: str
     iterations: int
     evaluations: int
-    attempts: int
     cost: float
     wall_time: float
     violations: list[Violation]
@@ -148,7 +144,7 @@ class _Watch:
         self.program, self.tell = program, tell
         self.started = time.perf_counter()
         self.stage = "posture"
-        self.count = self.attempts = 0
+        self.count = 0
         self.best: Iterate | None = None
         self.stop = False
         self.end: MathematicalProgramResult | None = None
@@ -175,6 +171,8 @@ def solve(
     solver: str = "snopt",
     start: FloatArray | None = None,
     tell: Callable[[Iterate], None] | None = None,
+    guess: FloatArray | None = None,
+    weights: tuple[float, float] = POSTURE,
 ) -> Solution:
     """Solve a program.
 
@@ -184,10 +182,13 @@ def solve(
     solver : str
         ``snopt`` or ``ipopt``.
     start : (m * 55,) array, optional
-        Free control points to start from; by default the program's own guess, made feasible
-        by the posture stage first.
+        Free control points that the torques start from; by default the posture path.
     tell : function, optional
         Is given every evaluated point.
+    guess : (m * 55,) array, optional
+        Free control points that the posture path stays near; by default the program's own guess.
+    weights : tuple of float
+        Of the posture path, as in ``POSTURE``.
 
     Returns
     -------
@@ -205,7 +206,7 @@ def solve(
     program.observe, program.evaluations = watch, 0
     try:
         with _interruptible(watch):
-            return _stages(program, solver, start, watch)
+            return _stages(program, solver, watch, start, (guess, weights))
     finally:
         program.observe = None
 
@@ -221,7 +222,7 @@ def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None)
     program.observe = watch = _Watch(program, tell)
     try:
         with _interruptible(watch):
-            return next(_postures(program, "snopt", watch))
+            return _posture(program, "snopt", None, POSTURE)
     except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
         if not watch.stop:
             raise
@@ -230,14 +231,17 @@ def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None)
         program.observe = None
 
 
-def _stages(program: GaitProgram, solver: str, start: FloatArray | None, watch: _Watch) -> Solution:
-    starts = iter([start]) if start is not None else _postures(program, solver, watch)
+def _stages(
+    program: GaitProgram,
+    solver: str,
+    watch: _Watch,
+    start: FloatArray | None,
+    near: tuple[FloatArray | None, tuple[float, float]],
+) -> Solution:
     try:
-        for path in starts:
-            watch.stage, watch.attempts = "torque", watch.attempts + 1
-            free, solved, status = _run(program.prog, solver, path, {}, program.unit, watch)
-            if solved or _largest(program.violations(free)) <= FEASIBLE:
-                break
+        path = _posture(program, solver, *near) if start is None else start
+        watch.stage = "torque"
+        free, solved, status = _run(program.prog, solver, path, {}, program.unit, watch)
     except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
         if not watch.stop:
             raise
@@ -247,13 +251,13 @@ def _stages(program: GaitProgram, solver: str, start: FloatArray | None, watch: 
     return _solution(program, solver, (free, solved, status), watch)
 
 
-def _postures(program: GaitProgram, solver: str, watch: _Watch) -> Iterator[FloatArray]:
-    """Yield posture paths to start from, feasible or nearly so, one for each attempt."""
-    guess = program.guess()
-    for nearness, gentleness in _ATTEMPTS:
-        watch.stage = "posture"
-        easier = program.posture_program(guess, nearness, gentleness)
-        yield _run(easier, solver, guess, _POSTURE_OPTIONS[solver], program.unit)[0]
+def _posture(
+    program: GaitProgram, solver: str, guess: FloatArray | None, weights: tuple[float, float]
+) -> FloatArray:
+    """Return a posture path near a guess, (m * 55,), feasible or nearly so."""
+    near = program.guess() if guess is None else guess
+    easier = program.posture_program(near, *weights)
+    return _run(easier, solver, near, _POSTURE_OPTIONS[solver], program.unit)[0]
 
 
 def _run(
@@ -305,7 +309,6 @@ def _solution(
         status,
         iterations,
         program.evaluations,
-        watch.attempts,
         cost,
         wall_time,
         violations,

@@ -1,0 +1,220 @@
+"""Ways to start a solve, one after another, until one ends in a walk that passes every check.
+
+Most scenarios need the first one only. Every rung is recorded; for a given seed the ladder takes
+the same way every time.
+
+1. The guess from the plan alone, by three posture paths: as a rule, freer, more gently.
+2. Continuation: the same person walks comfortably and unladen first; speed, step and load then move
+   to those asked for in two strides, each solve starting from the one before.
+3. The guess, disturbed at random.
+4. The other solver.
+
+An attempt that ends feasible but not optimal is taken up again where it ended.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+
+from human_gait.gait import Gait
+from human_gait.gait_file import make_record
+from human_gait.program import GaitProgram, build_program
+from human_gait.scenario import Scenario
+from human_gait.skeleton import GRAVITY, N_DOF, index
+from human_gait.solver import FEASIBLE, POSTURE, SOLVERS, Iterate, Solution, solve
+from human_gait.verification import Check, verify
+
+FloatArray = npt.NDArray[np.float64]
+Tell = Callable[[Iterate], None]
+Run = Callable[..., Solution]
+
+OWN_GUESS, GIVEN = "own guess", "given start"
+_PATHS = {
+    OWN_GUESS: POSTURE,
+    "own guess, freer": (0.3, 1e-2),
+    "own guess, more gently": (1.0, 1.0),
+}
+_STRIDES = (0.0, 0.5, 1.0)  # of the way from comfortable walking to the walk that is asked for
+_COMFORTABLE_SPEED, _COMFORTABLE_STEP = 0.4, 0.71  # of sqrt(g l) and of l, the length of the leg
+_RANDOM_STARTS = 2
+_DISTURBANCE = 0.1  # standard deviation of every control point, [rad] or [m]
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One solve on the ladder.
+
+    Attributes
+    ----------
+    start : str
+        How it was started.
+    solution : Solution
+    checks : list of Check
+        Of the gait it ended with.
+    """
+
+    start: str
+    solution: Solution
+    checks: list[Check]
+
+    @property
+    def success(self) -> bool:
+        """Whether the solver is content and every check is passed."""
+        return self.solution.converged and all(check.passed for check in self.checks)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint is kept."""
+        return max(violation.value for violation in self.solution.violations) <= FEASIBLE
+
+
+def climb(
+    program: GaitProgram,
+    solver: str = "snopt",
+    start: FloatArray | None = None,
+    seed: int = 0,
+    tell: Callable[[str], Tell | None] = lambda _: None,
+    guess: FloatArray | None = None,
+) -> list[Attempt]:
+    """Solve a program from one start after another until there is a walk.
+
+    Parameters
+    ----------
+    program : GaitProgram
+    solver : str
+        ``snopt`` or ``ipopt``.
+    start : (m * 55,) array, optional
+        Free control points to start from instead of the ladder's own.
+    seed : int
+        Of the random starts.
+    tell : function, optional
+        Is given the name of a start and returns what is given every evaluated point.
+    guess : (m * 55,) array, optional
+        Free control points instead of the program's own guess on the first rungs.
+
+    Returns
+    -------
+    list of Attempt
+        In the order they were made; the last one is a walk, or all have failed. An interruption
+        ends it with what there is.
+
+    Raises
+    ------
+    ValueError
+        If there is no such solver.
+    KeyboardInterrupt
+        If there is nothing to keep yet.
+    """
+    rungs = _rungs(program, solver, seed, guess)
+    if start is not None:
+        rungs = iter([(GIVEN, partial(solve, program, solver, start))])
+    attempts: list[Attempt] = []
+    try:
+        for name, run in rungs:
+            attempts += _taken(program, name, run, tell)
+            if attempts[-1].success or attempts[-1].solution.interrupted:
+                break
+    except KeyboardInterrupt:
+        if not attempts:
+            raise
+    return attempts
+
+
+def best(attempts: list[Attempt]) -> Attempt:
+    """Return the attempt to keep: a walk, else what is feasible, else what violates least."""
+
+    def rank(attempt: Attempt) -> tuple[bool, bool, float, float]:
+        worst = max(violation.value for violation in attempt.solution.violations)
+        failed = not attempt.success, not attempt.solution.converged
+        return *failed, max(worst, FEASIBLE), attempt.solution.cost
+
+    return min(attempts, key=rank)
+
+
+def disturbed(program: GaitProgram, rng: np.random.Generator) -> FloatArray:
+    """Return the program's guess (m * 55,), every control point disturbed within its limits."""
+    guess = program.guess().reshape(-1, N_DOF)
+    noisy = guess + rng.normal(0.0, _DISTURBANCE, guess.shape)
+    return np.clip(noisy, *program.limits).ravel()
+
+
+def _rungs(
+    program: GaitProgram, solver: str, seed: int, first: FloatArray | None
+) -> Iterator[tuple[str, Run]]:
+    for name, weights in _PATHS.items():
+        yield name, partial(solve, program, solver, guess=first, weights=weights)
+    yield "continuation", partial(_continued, program, solver)
+    rng = np.random.default_rng(seed)
+    for n in range(1, _RANDOM_STARTS + 1):
+        guess = disturbed(program, rng)
+        yield f"random start {n} of seed {seed}", partial(solve, program, solver, guess=guess)
+    for other in SOLVERS:
+        if other != solver:
+            yield f"{other} instead", partial(solve, program, other)
+
+
+def _taken(
+    program: GaitProgram, name: str, run: Run, tell: Callable[[str], Tell | None]
+) -> list[Attempt]:
+    """Return an attempt, and a second one from its end if that is feasible but not optimal."""
+    first = _attempt(name, run, tell)
+    done = first.solution.converged or first.solution.interrupted
+    if done or not first.feasible:
+        return [first]
+    end = free_points(first.solution.gait)
+    again = partial(solve, program, first.solution.solver, end)
+    return [first, _attempt(f"{name}, taken up again", again, tell)]
+
+
+def _attempt(name: str, run: Run, tell: Callable[[str], Tell | None]) -> Attempt:
+    solution = run(tell=tell(name))
+    return Attempt(name, solution, verify(make_record(solution.gait)))
+
+
+def _continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> Solution:
+    """Solve walks on the way from comfortable walking; each is the guess of the next."""
+    guess, step_length = None, 0.0
+    for share in _STRIDES:
+        task = on_the_way(program.scenario, share)
+        stride = program if share == 1.0 else build_program(task, dynamics=program.dynamics)
+        if guess is not None:
+            guess = _stretched(guess, task.walk.step_length / step_length)
+        solution = solve(stride, solver, tell=tell, guess=guess)
+        if solution.interrupted and share < 1.0:
+            raise KeyboardInterrupt  # another walk is nothing to keep
+        guess, step_length = free_points(solution.gait), task.walk.step_length
+    return solution
+
+
+def on_the_way(scenario: Scenario, share: float) -> Scenario:
+    """Return a walk between comfortable, unladen walking (share 0) and a scenario (share 1).
+
+    Comfortable speed and step grow with the leg as in walkers of equal Froude number v^2 / (g l).
+    """
+    leg, walk = scenario.subject.leg_length, scenario.walk
+    speed = _COMFORTABLE_SPEED * np.sqrt(GRAVITY * leg)
+    step = _COMFORTABLE_STEP * leg
+    between = replace(
+        walk,
+        speed=float(speed + share * (walk.speed - speed)),
+        step_length=float(step + share * (walk.step_length - step)),
+    )
+    load = replace(scenario.load, mass=share * scenario.load.mass)
+    return replace(scenario, walk=between, load=load)
+
+
+def free_points(gait: Gait) -> FloatArray:
+    """Return the free control points of a gait, (m * 55,)."""
+    return gait.control_points[: gait.basis.n_free].ravel()
+
+
+def _stretched(free: FloatArray, factor: float) -> FloatArray:
+    """Return control points of steps that are longer by a factor, the joint angles as they are."""
+    points = free.reshape(-1, N_DOF).copy()
+    points[:, index("pelvis_tz")] *= factor
+    return points.ravel()

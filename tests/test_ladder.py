@@ -1,0 +1,199 @@
+"""The order of starts, what is recorded and what is kept; solves are replaced or cut short."""
+
+import dataclasses
+import signal
+
+import numpy as np
+import pytest
+from walks import BACKPACK, scenario
+
+from human_gait import ladder as room
+from human_gait.ladder import GIVEN, OWN_GUESS, best, climb, disturbed, on_the_way
+from human_gait.program import build_program
+from human_gait.solver import FEASIBLE, Solution
+
+TASK = scenario(control_points=6, load=BACKPACK)
+PROGRAM = build_program(TASK)
+
+
+@pytest.fixture
+def solves(monkeypatch):
+    """Replace solve and verify: what the ladder asks for, and answers given in turn."""
+    return Solves(monkeypatch)
+
+
+class Solves:
+    """Answers in turn 'walk', 'feasible', 'failed', 'rejected' (by a check), 'interrupted'."""
+
+    def __init__(self, monkeypatch):
+        self.asked, self.answers, self.cost = [], [], 100.0
+        monkeypatch.setattr(room, "solve", self.solve)
+        monkeypatch.setattr(room, "make_record", lambda gait: gait)
+        monkeypatch.setattr(room, "verify", self.verify)
+
+    def solve(self, program, solver, start=None, tell=None, **given):
+        if tell:
+            tell(None)
+        answer = self.answers.pop(0) if self.answers else "failed"
+        self.asked.append((program, solver, start, given))
+        self.cost -= 1.0
+        violations = program.violations(program.guess())[:1]
+        value = 0.0 if answer in ("walk", "feasible", "rejected") else 1.0
+        violations = [dataclasses.replace(violations[0], value=value)]
+        done = answer in ("walk", "rejected")
+        gait = program.gait(program.guess(), answer=answer)
+        numbers = (1, 1, self.cost, 0.5, violations)
+        return Solution(gait, done, answer == "interrupted", solver, answer, *numbers)
+
+    @staticmethod
+    def verify(gait):
+        check = room.Check("a claim", "m", 0.0, 1.0, 0.0)
+        rejected = gait.solution["answer"] == "rejected"
+        return [dataclasses.replace(check, value=2.0) if rejected else check]
+
+
+def starts(attempts):
+    return [attempt.start for attempt in attempts]
+
+
+def test_the_first_walk_ends_it(solves):
+    solves.answers = ["walk"]
+    attempts = climb(PROGRAM)
+    assert starts(attempts) == [OWN_GUESS]
+    assert attempts[0].success
+
+
+def test_every_rung_is_tried_and_recorded_before_giving_up(solves):
+    told = []
+    attempts = climb(PROGRAM, seed=7, tell=told.append)
+    assert starts(attempts) == [
+        OWN_GUESS,
+        "own guess, freer",
+        "own guess, more gently",
+        "continuation",
+        "random start 1 of seed 7",
+        "random start 2 of seed 7",
+        "ipopt instead",
+    ]
+    assert told == starts(attempts)
+    assert not any(attempt.success for attempt in attempts)
+    assert len({given["weights"] for *_, given in solves.asked if "weights" in given}) == 3
+    assert solves.asked[-1][1] == "ipopt"
+
+
+def test_a_walk_that_a_check_refuses_is_no_walk(solves):
+    solves.answers = ["rejected", "walk"]
+    attempts = climb(PROGRAM)
+    assert [attempt.success for attempt in attempts] == [False, True]
+
+
+def test_what_ends_feasible_is_taken_up_again_where_it_ended(solves):
+    solves.answers = ["feasible", "walk"]
+    attempts = climb(PROGRAM)
+    assert starts(attempts) == [OWN_GUESS, f"{OWN_GUESS}, taken up again"]
+    np.testing.assert_array_equal(solves.asked[1][2], PROGRAM.guess())
+
+
+def test_a_given_start_is_the_only_one(solves):
+    start = PROGRAM.guess()
+    attempts = climb(PROGRAM, "ipopt", start)
+    assert starts(attempts) == [GIVEN]
+    assert solves.asked == [(PROGRAM, "ipopt", start, {})]
+
+
+def test_an_interruption_ends_it(solves):
+    solves.answers = ["failed", "interrupted"]
+    attempts = climb(PROGRAM)
+    assert len(attempts) == 2
+
+
+@pytest.mark.parametrize("n", [1, 2])
+def test_ctrl_c_on_the_way_of_the_continuation_keeps_what_there_is(solves, n):
+    """Walks on the way belong to other scenarios: none of them is returned."""
+    solves.answers = ["failed"] * (2 + n) + ["interrupted"]
+    attempts = climb(PROGRAM)
+    assert len(attempts) == 3
+    assert {attempt.solution.gait.scenario.name for attempt in attempts} == {TASK.name}
+
+
+def test_ctrl_c_before_anything_is_there_stops_like_any_program(monkeypatch):
+    def press(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(room, "solve", press)
+    with pytest.raises(KeyboardInterrupt):
+        climb(PROGRAM)
+
+
+def test_the_continuation_goes_from_comfortable_to_what_is_asked_for(solves):
+    solves.answers = ["failed"] * 3
+    climb(PROGRAM)
+    tasks = [program.scenario for program, *_ in solves.asked[3:6]]
+    assert tasks[2] == TASK
+    assert [task.load.mass for task in tasks] == [0.0, 9.0, 18.0]
+    speeds = [task.walk.speed for task in tasks]
+    assert speeds[1] == pytest.approx((speeds[0] + speeds[2]) / 2)
+    guesses = [given["guess"] for *_, given in solves.asked[3:6]]
+    assert guesses[0] is None
+    for guess, task in zip(guesses[1:], tasks[1:], strict=True):
+        advance = PROGRAM.basis.expand(guess.reshape(-1, 55), task.walk.step_length)
+        first, last = PROGRAM.basis.matrix(np.array([0.0, PROGRAM.basis.step_time])) @ advance
+        assert last[0] - first[0] == pytest.approx(task.walk.step_length, abs=1e-9)
+
+
+def test_comfortable_walking_is_what_people_of_this_size_prefer():
+    """1.2 to 1.3 m/s in steps of about 0.66 m for the median man, slower and shorter for small."""
+    man, woman = (
+        on_the_way(scenario(subject=subject), 0.0).walk
+        for subject in ({"sex": "male"}, {"sex": "female", "stature": 1.5})
+    )
+    assert 1.15 < man.speed < 1.35
+    assert 0.62 < man.step_length < 0.72
+    assert woman.speed < man.speed
+    assert woman.step_length < man.step_length
+
+
+def test_random_starts_differ_and_repeat(solves):
+    guesses = []
+    for seed in (3, 3, 4):
+        climb(PROGRAM, seed=seed)
+        guesses.append([given["guess"] for *_, given in solves.asked[6:8]])
+        solves.asked.clear()
+    np.testing.assert_array_equal(guesses[0], guesses[1])
+    assert np.abs(guesses[0][0] - guesses[0][1]).max() > 0.05
+    assert np.abs(guesses[0][0] - guesses[2][0]).max() > 0.05
+
+
+def test_a_disturbed_guess_keeps_the_limits():
+    guess = disturbed(PROGRAM, np.random.default_rng(1)).reshape(-1, 55)
+    lower, upper = PROGRAM.limits
+    assert np.all((guess >= lower) & (guess <= upper))
+
+
+def test_the_best_attempt_is_a_walk_then_an_optimum_then_what_violates_least(solves):
+    solves.answers = ["failed", "rejected", "feasible", "failed", "failed"]
+    attempts = climb(PROGRAM)
+    assert best(attempts).solution.status == "rejected"
+    others = [attempt for attempt in attempts if attempt.solution.status != "rejected"]
+    assert best(others).solution.status == "feasible"
+    failed = [attempt for attempt in others if not attempt.feasible]
+    assert best(failed) is failed[-1]  # the cheapest of equals
+    assert max(v.value for v in failed[0].solution.violations) > FEASIBLE
+    solves.answers = ["failed", "walk"]
+    assert best(climb(PROGRAM)).solution.status == "walk"
+
+
+def test_an_interrupted_solve_is_kept():
+    """The real solver, stopped at its third point."""
+
+    def begin(_):
+        def tell(now):
+            if now.number == 3:
+                signal.raise_signal(signal.SIGINT)
+
+        return tell
+
+    attempts = climb(PROGRAM, tell=begin)
+    assert starts(attempts) == [OWN_GUESS]
+    assert attempts[0].solution.interrupted
+    assert not attempts[0].success
