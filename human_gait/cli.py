@@ -154,7 +154,7 @@ def explain(folder: ResultFolder) -> None:
 
     from human_gait.explanation import explained
 
-    Console(highlight=False).print(explained(folder))
+    Console(highlight=False, markup=False).print(explained(folder))
 
 
 @app.command()

@@ -72,12 +72,17 @@ class Suggestion:
 def amount(value: float, unit: str) -> str:
     """Return a number with the unit that one would say it in: mm, deg, %."""
     if unit in ("rad", "rad/s"):
-        return f"{np.rad2deg(value):.2g} deg{unit[3:]}"
+        return f"{_short(np.rad2deg(value))} deg{unit[3:]}"
     if unit in ("m", "m/s") and abs(value) < 0.1:
-        return f"{1e3 * value:.2g} mm{unit[1:]}"
+        return f"{_short(1e3 * value)} mm{unit[1:]}"
     if unit in ("of the load", "body weight"):
-        return f"{100.0 * value:.2g} % {unit if unit.startswith('of') else 'of ' + unit}"
-    return f"{value:.2g} {unit}"
+        return f"{_short(100.0 * value)} % of {unit.removeprefix('of ')}"
+    return f"{_short(value)} {unit}"
+
+
+def _short(value: float) -> str:
+    """Return a number with two digits, all of those before the point."""
+    return f"{value:.0f}" if 10.0 <= abs(value) < 1e5 else f"{value:.2g}"
 
 
 def violation_text(violation: Violation, step_time: float) -> str:

@@ -17,6 +17,12 @@ from human_gait.exceptions import ResultError
 
 FILE = "explanation.json"
 _SHOWN = 15
+_NOTE = (
+    "\nEffort is the objective. What a bound would save is estimated to first order, for one bound "
+    "at a time, given more room throughout the step. 'Most at' is the time from left heel strike "
+    "(0 %) to right heel strike (100 %); the right foot swings. In the next step left and right "
+    "change places."
+)
 _AGAIN = "predict it again"
 
 
@@ -80,14 +86,11 @@ def _sentences(shapes: list[dict[str, Any]]) -> list[str]:
         return ["No bound costs effort worth mentioning."]
     most, left = shapes[0], len(shapes) - _SHOWN
     reasons = dict.fromkeys(str(one["meaning"]) for one in shapes[:_SHOWN])
-    return [
-        f"Most of all: {most['constraint']}, {most['what']}. With {most['step']} more room the walk "
-        f"would take {100.0 * float(most['saving']):.1f} % less effort.",
+    effort = f"{100.0 * float(most['saving']):.1f} % less effort"
+    rows = [
+        f"Most of all: {most['constraint']}, {most['what']}.",
+        f"With {most['step']} more room the walk would take {effort}.",
         f"It walks like this because {'; '.join(reasons)}.",
-        "",
-        "Effort is the objective; what it saves is estimated to first order, for one bound at a "
-        "time, given more room throughout the step. 'Most at': when in the step, from left heel "
-        "strike (0 %) to right heel strike (100 %); the right foot swings, and in the next step "
-        "left and right change places.",
-        *([f"{left} more bounds are in {FILE}."] if left > 0 else []),
+        _NOTE,
     ]
+    return [*rows, f"{left} more bounds are in {FILE}."] if left > 0 else rows

@@ -51,7 +51,7 @@ _MEANING = {
     "knee at mid-swing": "the swinging knee has to bend by 60 deg",
     "arm-leg coupling": "arms have to swing against the legs",
     SYMMETRY[0]: "the next step has to be the mirror image of this one",
-    LIMITS[0]: "the joint is at the end of the range that it is given",
+    LIMITS[0]: "joints are at the end of the range that they are given",
 }
 
 

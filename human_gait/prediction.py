@@ -142,7 +142,7 @@ def _solve_to_folder(
     console.print(_check_table(kept.checks))
     console.print(_verdict(kept, attempts, folder))
     if not kept.success:
-        console.print(diagnosis_text(summary["diagnosis"]), soft_wrap=True)
+        console.print(diagnosis_text(summary["diagnosis"]), soft_wrap=True, markup=False)
     return kept
 
 

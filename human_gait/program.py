@@ -202,10 +202,11 @@ class GaitProgram:
             for binding in self.prog.GetAllConstraints()
         }
         at = result.GetSolution(self.prog.decision_variables()) * self.unit
-        ends = (np.tile(limit, self.basis.n_free) for limit in self.limits)
-        away = np.min([np.abs(at - end) for end in ends], axis=0)
-        # SNOPT gives the slopes that are left of free variables too: bounds that do not hold them
-        prices[LIMITS[0]] = np.where(away <= _AT_LIMIT, prices[LIMITS[0]] / self.unit, 0.0)
+        lower, upper = (np.tile(limit, self.basis.n_free) for limit in self.limits)
+        price = prices[LIMITS[0]] / self.unit
+        away = np.where(price > 0.0, at - lower, upper - at)
+        # SNOPT gives the slopes that are left of free variables too: no bound holds these
+        prices[LIMITS[0]] = np.where(away <= _AT_LIMIT, price, 0.0)
         return prices
 
     @property

@@ -13,6 +13,7 @@ from walks import BACKPACK, scenario
 from human_gait import ladder as ladder_room
 from human_gait import prediction as room
 from human_gait import solver as solver_room
+from human_gait.diagnosis import Suggestion
 from human_gait.exceptions import NoSolutionFound, ScenarioError
 from human_gait.gait_cycle import load_gait_cycle
 from human_gait.gait_file import load_gait, save_gait
@@ -23,7 +24,8 @@ from human_gait.prediction import (
     refine_to_folder,
     verify_folder,
 )
-from human_gait.program import refined_program
+from human_gait.program import Violation, refined_program
+from human_gait.verification import Check
 
 RUNGS = ladder_room._rungs
 TASK = scenario(control_points=6, load=BACKPACK)
@@ -32,7 +34,7 @@ KEYS = {
     *("n_variables", "n_constraints", "violations", "walking_speed_m_per_s", "step_length_m"),
     *("cost", "body_mass_kg", "load_kg", "versions", "start", "seed", "attempts"),
 }
-FILES = {"gait.npz", "summary.json", "gait_cycle.csv", "playback.html"}
+FILES = {"explanation.json", "gait.npz", "summary.json", "gait_cycle.csv", "playback.html"}
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +102,19 @@ def test_the_summary_has_the_worst_violation_of_every_constraint(summary):
     worst = summary["violations"]["contact position"]
     assert worst["value"] > TASK.tolerances.contact
     assert worst["unit"] == "m"
+    assert worst["what"].startswith(("left ", "right "))
     assert 0.0 <= worst["time_s"] <= TASK.walk.step_time
+
+
+def test_a_failure_leaves_its_diagnosis_and_no_explanation_of_a_walk(failed, summary):
+    diagnosis = summary["diagnosis"]
+    assert any("contact position" in line and " mm" in line for line in diagnosis["not_kept"])
+    keys = [one["key"] for one in diagnosis["try"]]
+    assert "discretisation.control_points" in keys  # 6 are less than usual
+    assert keys[-1] == "--solver"  # there were no iterations left
+    explanation = json.loads((failed[0] / "explanation.json").read_text())
+    assert explanation["shapes"] == []
+    assert explanation["cost"] == summary["cost"]
 
 
 @pytest.mark.usefixtures("cut_short")
@@ -132,8 +146,11 @@ def test_from_python_a_failure_is_an_exception_that_carries_the_gait():
         predict(TASK, dynamics="newton")
     assert caught.value.gait.scenario == TASK
     assert np.all(np.isfinite(caught.value.gait.control_points))
-    names = {getattr(part, "name", "") for part in caught.value.report}
-    assert names >= {"contact position", "ZMP stability"}
+    report = caught.value.report
+    broken = {one.name for one in report if isinstance(one, Violation)}
+    assert broken >= {"contact position", "ZMP stability"}
+    assert any(isinstance(one, Check) for one in report)
+    assert [one.key for one in report if isinstance(one, Suggestion)][-1] == "--solver"
 
 
 @pytest.mark.usefixtures("cut_short")

@@ -189,6 +189,7 @@ def test_a_solve_that_runs_out_of_iterations_says_so_and_keeps_what_it_has(progr
     assert max(violation.value for violation in solution.violations) > FEASIBLE
     assert {v.name for v in solution.violations} == {c.name for c in program.constraints}
     assert np.all(np.isfinite(solution.gait.control_points))
+    assert solution.multipliers == {}
     assert solution.cost == pytest.approx(program.cost(free_of(solution.gait))[0])
 
 

@@ -1,0 +1,444 @@
+"""Why a solve failed and what shapes a gait: each rule with a case that it is for and one not."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydrake.solvers import IpoptSolver, SnoptSolver
+from solves import solved
+from walks import PEOPLE, scenario
+
+from human_gait import cli
+from human_gait.diagnosis import amount, not_kept, suggestions, violation_text
+from human_gait.exceptions import ResultError
+from human_gait.explanation import explained
+from human_gait.influence import NEGLIGIBLE, STEPS, _limit_row, influences
+from human_gait.program import COST_SCALE, LIMITS, SYMMETRY, Violation, build_program
+from human_gait.skeleton import DOF_NAMES, N_DOF, in_words, index
+from human_gait.solver import Solution, solve
+from human_gait.verification import Check
+
+ENGINES = {"snopt": SnoptSolver, "ipopt": IpoptSolver}
+DEFAULTS = {"control_points": 8, "intervals": 20}
+FOOT = Violation("contact position", "20, 21", "m", 0.012, 0.1, "left heel, forward")
+OFF_GRID = Check("depth below the ground", "m", 0.02, 0.01, 0.1)
+SLIPPERY = Check("friction needed", "of vertical force", 0.8, 0.5, 0.1)
+
+
+def failed(task, violations=(FOOT,), checks=(), **changes):
+    """What is suggested after a solve that ended at the guess, str by key."""
+    program = build_program(task)
+    outcome = {"converged": False, "interrupted": False, "status": "13: infeasible", **changes}
+    numbers = {"iterations": 1, "evaluations": 1, "attempts": 1, "cost": 1.0, "wall_time": 1.0}
+    solution = Solution(
+        gait=program.gait(program.guess()),
+        solver="snopt",
+        violations=list(violations),
+        **numbers,
+        **outcome,
+    )
+    return {one.key: str(one) for one in suggestions(program, solution, list(checks))}
+
+
+@pytest.mark.parametrize("task", PEOPLE.values(), ids=PEOPLE)
+def test_every_row_says_what_it_is_about_and_no_two_of_an_instant_the_same(task):
+    for constraint in build_program(task).constraints:
+        assert constraint.what.shape == constraint.lower.shape
+        assert np.all(np.char.str_len(constraint.what) > 0)
+        rows = set(zip(constraint.instants, constraint.what, strict=True))
+        assert len(rows) == len(constraint.what)
+
+
+def test_a_selection_of_instants_keeps_the_words_of_its_rows():
+    for constraint in build_program(scenario()).constraints:
+        some = constraint.instants[:1]
+        expected = constraint.what[np.isin(constraint.instants, some)]
+        np.testing.assert_array_equal(constraint.at(some).what, expected)
+
+
+def test_rows_of_standing_points_say_where_and_along_which_axis():
+    """Raising the body moves the heights, moving it forward the forward places, and so on."""
+    program = build_program(scenario())
+    constraint = next(c for c in program.constraints if c.name == "contact position")
+    guess = program.guess().reshape(-1, N_DOF)
+    before = program.residual(constraint, guess.ravel())[0]
+    for joint, axis in (("tx", "sideways"), ("ty", "height")):
+        moved = guess.copy()
+        moved[:, index(f"pelvis_{joint}")] += 0.01
+        change = np.abs(program.residual(constraint, moved.ravel())[0] - before)
+        early = constraint.instants < 5  # of a mirrored spline the end moves the other way
+        named = np.char.endswith(constraint.what, axis)
+        assert change[named & early].min() > 1e-3
+        np.testing.assert_allclose(change[~named], 0.0, atol=1e-12)
+    sides = {what.split()[0] for what in constraint.what[constraint.instants == 10]}
+    assert sides == {"left"}
+
+
+def test_joints_have_names_of_their_own_in_words():
+    words = [in_words(name) for name in DOF_NAMES]
+    assert len(set(words)) == N_DOF
+    assert in_words("knee_flexion_r") == "right knee flexion"
+    assert not any("_" in word for word in words)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (np.pi, "rad", "180 deg"),
+        (0.012, "m", "12 mm"),
+        (1.5, "m", "1.5 m"),
+        (0.012, "m/s", "12 mm/s"),
+        (0.5, "of the load", "50 % of the load"),
+        (0.5, "body weight", "50 % of body weight"),
+    ],
+)
+def test_amounts_are_in_units_that_one_would_say(value, unit, text):
+    assert amount(value, unit) == text
+
+
+def test_a_violation_tells_which_point_how_far_and_when():
+    text = violation_text(FOOT, step_time=0.5)
+    for part in (
+        "contact position (Eq. 20, 21)",
+        FOOT.what,
+        "12 mm",
+        "0.100 s",
+        "20 % of the step",
+    ):
+        assert part in text
+
+
+def test_violations_are_ranked_by_what_may_be_tolerated():
+    """A slip of 0.2 m/s is within 0.3 m/s, a millimetre is a quarter of 4 mm."""
+    slip = Violation("soft impact", "24", "m/s", 0.03, 0.1, "")
+    foot, kept = replace(FOOT, value=0.001), replace(FOOT, value=0.0)
+    assert not_kept(scenario(), [slip, kept, foot]) == [foot, slip]
+
+
+def test_every_unit_of_a_row_has_a_step_of_its_own():
+    for periodicity in ("acceleration", "velocity"):
+        program = build_program(scenario(periodicity=periodicity))
+        units = {c.unit for c in program.constraints} | {u for _, u in program.symmetry_words}
+        assert units <= set(STEPS)
+
+
+def test_nothing_special_names_the_tolerance_of_the_worst_constraint():
+    found = failed(scenario(**DEFAULTS))
+    assert list(found) == ["tolerances.contact"]
+    value = float(found["tolerances.contact"].split()[1])
+    assert value > scenario().tolerances.contact + FOOT.value
+
+
+def test_a_tolerance_out_of_range_is_not_suggested():
+    found = failed(scenario(**DEFAULTS), [replace(FOOT, value=1.0)])
+    assert list(found) == ["--solver"]
+
+
+def usual(found):
+    """Whether only the tolerance of the worst constraint is suggested."""
+    return list(found) == ["tolerances.contact"]
+
+
+def test_a_fast_cadence_is_named_with_what_is_possible():
+    found = failed(scenario(1.6, 0.4, **DEFAULTS))
+    assert "240 steps/min" in found["walk.speed"]
+    assert "at most 1.20" in found["walk.speed"]
+    assert 0.4 < float(found["walk.step_length"].split()[1].rstrip(",")) < 0.9
+    assert usual(failed(scenario(1.1, 0.4, **DEFAULTS)))
+
+
+def test_a_slow_cadence_is_named_too():
+    assert "at least" in failed(scenario(0.3, 0.6, **DEFAULTS))["walk.speed"]
+    assert usual(failed(scenario(0.5, 0.6, **DEFAULTS)))
+
+
+def test_a_speed_at_which_people_run_is_named():
+    assert "people run" in failed(scenario(2.5, 0.85, **DEFAULTS))["walk.speed"]
+    assert usual(failed(scenario(2.0, 0.85, **DEFAULTS)))
+
+
+def test_a_long_step_is_told_in_leg_lengths():
+    task = scenario(1.8, 1.0, **DEFAULTS)
+    text = failed(task)["walk.step_length"]
+    assert f"{1.0 / task.subject.leg_length:.2f} leg lengths" in text
+    assert usual(failed(scenario(1.6, 0.8, **DEFAULTS)))
+
+
+def test_a_body_out_of_proportion_is_told_as_bmi():
+    heavy = {"sex": "male", "stature": 1.6, "mass": 150.0}
+    assert "BMI of 59" in failed(scenario(subject=heavy, **DEFAULTS))["subject.mass"]
+    assert usual(failed(scenario(subject=heavy | {"mass": 80.0}, **DEFAULTS)))
+
+
+def test_a_heavy_load_is_told_in_body_mass():
+    found = failed(scenario(load={"mass": 60.0}, **DEFAULTS))
+    assert "% of the body mass" in found["load.mass"]
+    assert usual(failed(scenario(load={"mass": 20.0}, **DEFAULTS)))
+
+
+def test_few_control_points_are_named():
+    found = failed(scenario(control_points=6, intervals=20))
+    assert "3 cubic pieces" in found["discretisation.control_points"]
+    assert usual(failed(scenario(control_points=9, intervals=20)))
+
+
+def test_a_frozen_knee_cannot_bend_in_swing():
+    frozen = ["knee_flexion_r", "knee_flexion_l"]
+    found = failed(scenario(limits={"frozen": frozen}, **DEFAULTS))
+    assert all(name in found["limits.frozen"] for name in frozen)
+    assert "60" in found["limits.frozen"]
+    wrist = failed(scenario(limits={"frozen": ["wrist_flexion_r"]}, **DEFAULTS))
+    assert "limits.frozen" not in wrist
+
+
+def test_a_range_without_60_deg_of_knee_flexion_is_named():
+    narrow = scenario(limits={"knee_flexion_l": [0.0, 40.0]}, **DEFAULTS)
+    assert "60" in failed(narrow)["limits.knee_flexion_l"]
+    wide = scenario(limits={"knee_flexion_l": [0.0, 80.0]}, **DEFAULTS)
+    assert "limits.knee_flexion_l" not in failed(wide)
+
+
+def test_a_range_that_stands_in_the_way_of_the_worst_row_is_named():
+    """A pelvis below 0.8 m: the right toes cannot stay above the ground unless it rises."""
+    low = {"pelvis_ty": [0.5, 0.8]}
+    ground = Violation("ground penetration", "20", "m", 0.1, 0.1, "right toe, height")
+    found = failed(scenario(limits=low, **DEFAULTS), [ground])
+    assert "pelvis height, held at 0.80 m" in found["limits.pelvis_ty"]
+    high = scenario(limits={"pelvis_ty": [0.5, 1.4]}, **DEFAULTS)
+    assert "limits.pelvis_ty" not in failed(high, [ground])
+
+
+def test_what_fails_between_the_instants_asks_for_more_of_them():
+    task = scenario(**DEFAULTS)
+    found = failed(task, [], [OFF_GRID], converged=True)
+    assert "40" in found["discretisation.intervals"]
+    kept = replace(OFF_GRID, value=0.0)
+    assert failed(task, [], [kept], converged=True) == {}
+
+
+def test_a_slippery_floor_asks_for_shorter_steps():
+    found = failed(scenario(**DEFAULTS), [], [SLIPPERY], converged=True)
+    assert list(found) == ["walk.step_length"]
+
+
+def test_out_of_iterations_another_solver_is_suggested_or_to_go_on():
+    status = "32: major iteration limit reached"
+    found = failed(scenario(**DEFAULTS), status=status)
+    assert "ipopt" in found["--solver"]
+    assert "human-gait refine" not in found
+    assert "human-gait refine" in failed(scenario(**DEFAULTS), [], status=status)
+    assert "--solver" not in failed(scenario(**DEFAULTS))
+
+
+def test_an_interrupted_solve_blames_nothing():
+    impossible = scenario(3.0, 0.4, **DEFAULTS)
+    assert list(failed(impossible, interrupted=True)) == ["predict"]
+
+
+@pytest.fixture(scope="module", params=["acceleration", "velocity"])
+def program(request):
+    return build_program(scenario(periodicity=request.param))
+
+
+@pytest.mark.parametrize("solver", ENGINES)
+def test_multipliers_are_what_holds_the_cost_back(program, solver, monkeypatch):
+    """Stationarity: the gradient of a cost is the sum of multipliers times gradients of rows.
+
+    A quadratic cost under the linear rows and the bounds is quick to minimise.
+    """
+    easy = [constraint for constraint in program.constraints if constraint.linear]
+    prog, variables = program._program(easy)
+    guess, unit = program.guess(), program.unit
+    apart = np.tile(program.limits[1], program.basis.n_free) - guess > 0.1  # pull some joints up
+    target = (guess + 0.5 * apart) / unit
+    prog.AddQuadraticCost(2.0 * np.diag(unit**2), -2.0 * unit**2 * target, variables)
+    monkeypatch.setattr(program, "prog", prog)
+    result = ENGINES[solver]().Solve(prog, guess / unit)
+    assert result.is_success()
+    at = result.GetSolution(variables) * unit
+    slope = 2.0 * (at - target * unit) / COST_SCALE
+    found = program.multipliers(result)
+    held = found[LIMITS[0]].copy()
+    matrix = program._symmetry[0]
+    if len(matrix):
+        held += matrix.T @ found[SYMMETRY[0]]
+    for constraint in easy:
+        held += program.residual(constraint, at)[1].T @ found[constraint.name]
+    np.testing.assert_allclose(held, slope, atol=2e-3 * np.abs(slope).max())
+    lower, upper = (np.tile(limit, program.basis.n_free) for limit in program.limits)
+    assert np.any(found[LIMITS[0]] < 0.0)
+    assert np.all((at - lower)[found[LIMITS[0]] > 0.0] <= 1e-4)
+    assert np.all((upper - at)[found[LIMITS[0]] < 0.0] <= 1e-4)
+
+
+def test_a_limit_before_the_step_is_that_of_the_other_side_at_its_end():
+    program = build_program(scenario())
+    T = program.basis.step_time
+    row = _limit_row(program, index("knee_flexion_r"), 2.0)
+    assert row.what.startswith("left knee flexion, not below")
+    assert 0.5 * T < row.time < T
+    lateral = _limit_row(program, index("spine1_lateral"), 2.0)
+    assert "not above" in lateral.what  # in the mirror it bends to the other side
+    inner = _limit_row(program, 3 * N_DOF + index("knee_flexion_r"), -2.0)
+    assert inner.what.startswith("right knee flexion, not above")
+
+
+def test_influences_sum_prices_of_all_instants_and_leave_out_what_is_negligible():
+    program = build_program(scenario(limits={"frozen": ["wrist_flexion_r"]}))
+    prices = {c.name: np.zeros(len(c.lower)) for c in program.constraints}
+    prices[LIMITS[0]] = np.zeros(len(program.unit))
+    speed = next(c for c in program.constraints if c.name == "pelvic velocity")
+    prices[speed.name][[2, 5]] = 3.0, -7.0
+    prices["ground pushes"][0] = 1e-9
+    prices[LIMITS[0]][N_DOF * 2 + index("wrist_flexion_r")] = 1.0
+    solution = solution_like(program, prices, cost=1.0)
+    found = {one.name: one for one in influences(program, solution)}
+    assert set(found) == {"pelvic velocity", "joint limit"}
+    assert found["pelvic velocity"].price == 10.0
+    assert found["pelvic velocity"].saving == pytest.approx(10.0 * STEPS["m/s"][0])
+    assert found["pelvic velocity"].time == program.times[speed.instants[5]]
+    assert "held at 0 deg" in found["joint limit"].what
+    assert influences(program, solution_like(program, {}, cost=1.0)) == []
+
+
+def solution_like(program, multipliers, cost):
+    numbers = {"iterations": 1, "evaluations": 1, "attempts": 1, "wall_time": 1.0}
+    return Solution(
+        gait=program.gait(program.guess()),
+        converged=True,
+        interrupted=False,
+        solver="snopt",
+        status="1",
+        cost=cost,
+        violations=[],
+        multipliers=multipliers,
+        **numbers,
+    )
+
+
+SHAPE = {
+    "constraint": "contact position",
+    "equation": "20",
+    "what": "left heel, forward",
+    "meaning": "it stands",
+    "unit": "m",
+    "price": 5.0,
+    "step": "1 mm",
+    "saving": 0.2,
+    "time_s": 0.1,
+}
+EXPLANATION = {"cost": 1.0, "step_time_s": 0.5, "shapes": [SHAPE]}
+SUCCESS = {"success": True, "diagnosis": None}
+FAILURE = {
+    "success": False,
+    "diagnosis": {
+        "not_kept": ["left heel: 3 mm"],
+        "try": [{"key": "walk.speed", "change": "[slower]", "because": "too fast"}],
+    },
+}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A result folder with these files, as objects or as text."""
+
+    def write(summary=None, explanation=None):
+        (tmp_path / "gait.npz").write_bytes(b"")
+        for name, content in (("summary", summary), ("explanation", explanation)):
+            if content is not None:
+                text = content if isinstance(content, str) else json.dumps(content)
+                (tmp_path / f"{name}.json").write_text(text)
+        return tmp_path
+
+    return write
+
+
+def test_explain_prints_the_bounds_of_a_walk(folder, capsys):
+    assert cli.run(["explain", str(folder(SUCCESS, EXPLANATION))]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    for part in ("contact position: left heel, forward", "20 %", "1 mm", "20.00 %", "it stands"):
+        assert part in printed
+
+
+def test_explain_prints_the_diagnosis_of_a_failure(folder, capsys):
+    assert cli.run(["explain", str(folder(FAILURE))]) == 0
+    printed = capsys.readouterr().out
+    assert "left heel: 3 mm" in printed
+    assert "walk.speed: [slower] (too fast)" in printed
+
+
+def test_a_walk_without_costly_bounds_says_so(folder, capsys):
+    assert cli.run(["explain", str(folder(SUCCESS, EXPLANATION | {"shapes": []}))]) == 0
+    assert "No bound" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("summary", "explanation"),
+    [
+        (None, None),
+        ("{", None),
+        ("\udcff".encode("utf-8", "surrogateescape").decode("latin-1") + "{", None),
+        ("[]", EXPLANATION),
+        ({"success": False}, None),
+        ({"success": False, "diagnosis": {"not_kept": []}}, None),
+        ({"success": False, "diagnosis": {"not_kept": 3, "try": []}}, None),
+        ({"success": False, "diagnosis": {"not_kept": [], "try": [3]}}, None),
+        (SUCCESS, None),
+        (SUCCESS, "{"),
+        (SUCCESS, "[" * 100_000),
+        (SUCCESS, "[]"),
+        (SUCCESS, {"shapes": [{}], "step_time_s": 1.0}),
+        (SUCCESS, EXPLANATION | {"step_time_s": 0.0}),
+        (SUCCESS, EXPLANATION | {"step_time_s": "x"}),
+        (SUCCESS, EXPLANATION | {"shapes": 3}),
+        (SUCCESS, EXPLANATION | {"shapes": [SHAPE | {"saving": None}]}),
+    ],
+)
+def test_what_is_missing_or_damaged_is_one_line(folder, capsys, summary, explanation):
+    path = folder(summary, explanation)
+    with pytest.raises(ResultError, match="predict it again"):
+        explained(path)
+    assert cli.run(["explain", str(path)]) == cli.BAD_INPUT
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("error: ")
+
+
+def test_explain_of_no_result_is_bad_input(capsys):
+    assert cli.run(["explain", "nowhere"]) == cli.BAD_INPUT
+    assert "no result here" in capsys.readouterr().err
+
+
+@pytest.mark.solve
+def test_the_explanation_of_a_walk_names_bounds_that_hold_it():
+    result = solved("normal")
+    found = json.loads((result.folder / "explanation.json").read_text())
+    savings = [one["saving"] for one in found["shapes"]]
+    assert savings == sorted(savings, reverse=True)
+    assert savings[-1] >= NEGLIGIBLE
+    assert {"contact position", "joint limit"} <= {one["constraint"] for one in found["shapes"]}
+    assert all(0.0 <= one["time_s"] <= found["step_time_s"] for one in found["shapes"])
+    assert result.summary["diagnosis"] is None
+    explained(result.folder)
+
+
+@pytest.mark.solve
+def test_multipliers_of_a_walk_foretell_what_more_room_saves():
+    """At the optimum: stationary; and solved again with 0.1 mm more tolerance for the feet."""
+    task = solved("normal").gait.scenario
+    free = solved("normal").gait.control_points[: solved("normal").gait.basis.n_free].ravel()
+    program = build_program(task)
+    solution = solve(program, start=free)
+    assert solution.converged
+    free = solution.gait.control_points[: program.basis.n_free].ravel()
+    slope, prices = program.cost(free)[1], solution.multipliers
+    left = slope - prices[LIMITS[0]]
+    for constraint in program.constraints:
+        left -= program.residual(constraint, free)[1].T @ prices[constraint.name]
+    assert np.linalg.norm(left * program.unit) < 0.02 * np.linalg.norm(slope * program.unit)
+    more = 1e-4
+    tolerances = replace(task.tolerances, contact=task.tolerances.contact + more)
+    looser = solve(build_program(replace(task, tolerances=tolerances)), start=free)
+    foretold = -more * np.abs(prices["contact position"]).sum()
+    assert looser.cost - solution.cost == pytest.approx(foretold, rel=0.2)
