@@ -154,7 +154,8 @@ def explain(folder: ResultFolder) -> None:
 
     from human_gait.explanation import explained
 
-    Console(highlight=False, markup=False).print(explained(folder))
+    shown = explained(folder)
+    Console(highlight=False, markup=False).print(shown, soft_wrap=isinstance(shown, str))
 
 
 @app.command()

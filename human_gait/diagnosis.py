@@ -90,7 +90,9 @@ def violation_text(violation: Violation, step_time: float) -> str:
     equation = f" (Eq. {violation.equation})" if violation.equation else ""
     where = f"{violation.name}{equation}: {violation.what}"
     off = amount(violation.value, violation.unit)
-    return f"{where}: {off} beyond its limit {_when(violation.time, step_time)}"
+    text = f"{where}: {off} beyond its limit {_when(violation.time, step_time)}"
+    first, last = (100.0 * end / step_time for end in (violation.first, violation.last))
+    return f"{text}; not kept from {first:.0f} to {last:.0f} %" if last > first else text
 
 
 def check_text(check: Check, step_time: float) -> str:
@@ -250,7 +252,7 @@ def _resolution(program: GaitProgram, worst: Violation) -> Iterator[Suggestion]:
     piece = program.basis.step_time / program.basis.n_pieces
     because = (
         f"{grid.control_points} are {program.basis.n_pieces} cubic pieces of {piece:.2f} s, "
-        f"and {worst.what} is {amount(worst.value, worst.unit)} beyond its limit"
+        f"too stiff: {worst.what}, {amount(worst.value, worst.unit)} beyond its limit"
     )
     yield Suggestion("discretisation.control_points", f"{usual} or more", because)
 

@@ -58,6 +58,8 @@ class Violation:
     time : float, [s]
     what : str
         What the row is about, in words.
+    first, last : float, [s]
+        When rows of the constraint are off by a tenth of it or more; both 0 if all are kept.
     """
 
     name: str
@@ -66,6 +68,8 @@ class Violation:
     value: float
     time: float
     what: str = ""
+    first: float = 0.0
+    last: float = 0.0
 
 
 class GaitProgram:
@@ -234,9 +238,12 @@ class GaitProgram:
         below, above = constraint.lower - residual.value, residual.value - constraint.upper
         excess = np.maximum(np.maximum(below, above), 0.0)
         row = int(np.argmax(excess))
-        time = float(self.times[constraint.instants[row]])
+        times, worst = self.times[constraint.instants], float(excess[row])
+        off = times[excess >= 0.1 * worst] if worst > 0.0 else np.zeros(1)
+        span = float(off.min()), float(off.max())
         name, equation, unit = constraint.name, constraint.equation, constraint.unit
-        return Violation(name, equation, unit, float(excess[row]), time, str(constraint.what[row]))
+        what, time = str(constraint.what[row]), float(times[row])
+        return Violation(name, equation, unit, worst, time, what, *span)
 
     def _program(self, constraints: list[Constraint]) -> tuple[MathematicalProgram, FloatArray]:
         """Return a program with limits and constraints, without cost, and its variables."""

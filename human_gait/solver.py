@@ -63,6 +63,7 @@ _SNOPT_STATUS = {
     3: "requested accuracy could not be achieved",
     11: "infeasible linear constraints",
     13: "nonlinear infeasibilities minimized",
+    14: "infeasibilities minimized",
     31: "iteration limit reached",
     32: "major iteration limit reached",
     41: "current point cannot be improved",

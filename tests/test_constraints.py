@@ -106,6 +106,18 @@ def test_in_double_support_both_feet_have_footholds():
     np.testing.assert_allclose(off[3:], 0.0, atol=1e-13)
 
 
+@pytest.mark.parametrize(
+    ("x", "z", "edge"), [(1, 0, "outer"), (-1, 0, "inner"), (0, 1, "front"), (0, -1, "rear")]
+)
+def test_rows_of_the_zmp_name_the_edge_that_is_passed(x, z, edge):
+    """The centre of mass half a metre from the standing left foot; x points left, z forward."""
+    constraint = named("ZMP stability")
+    foot = PLAN.ankles[LEFT]
+    residual = constraint.evaluate(at_rest(centred(foot[X] + 0.5 * x, foot[Z] + 0.5 * z)))
+    worst = constraint.what[np.argmin(residual.value - constraint.lower)]
+    assert worst == f"left foot, {edge} edge"
+
+
 def test_a_swinging_foot_in_the_ground_is_penetration():
     constraint = named("ground penetration")
     assert len(constraint.lower) == POINTS  # the points of the right foot

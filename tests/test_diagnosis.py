@@ -109,6 +109,21 @@ def test_a_violation_tells_which_point_how_far_and_when():
         assert part in text
 
 
+def test_a_violation_tells_how_long_it_lasts():
+    text = violation_text(replace(FOOT, first=0.05, last=0.25), step_time=0.5)
+    assert "not kept from 10 to 50 %" in text
+    assert "from" not in violation_text(FOOT, step_time=0.5)
+
+
+def test_the_span_of_a_violation_holds_its_worst_instant():
+    program = build_program(scenario())
+    for worst in program.violations(program.guess()):
+        if worst.value > 0.0:
+            assert 0.0 <= worst.first <= worst.time <= worst.last <= program.basis.step_time
+        else:
+            assert worst.first == worst.last == 0.0
+
+
 def test_violations_are_ranked_by_what_may_be_tolerated():
     """A slip of 0.2 m/s is within 0.3 m/s, a millimetre is a quarter of 4 mm."""
     slip = Violation("soft impact", "24", "m/s", 0.03, 0.1, "")
