@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from human_gait.constraints import joint_limits
-from human_gait.influence import STEPS, limit_text
+from human_gait.influence import limit_text, unit_step
 from human_gait.program import GaitProgram, Violation
 from human_gait.scenario import STEP_HALF_ANGLE_DEG, Scenario
 from human_gait.skeleton import DOF_NAMES, DOF_UNITS, GRAVITY, in_words, index
@@ -116,7 +116,7 @@ def _tolerated(violation: Violation, scenario: Scenario) -> float:
     value = getattr(scenario.tolerances, key, 0.0)
     if violation.unit == "rad":
         value = np.deg2rad(value)
-    step = STEPS[violation.unit][0]
+    step = unit_step(violation.unit)[0]
     return float(max(abs(value), step))
 
 
@@ -272,7 +272,7 @@ def _between(program: GaitProgram, solution: Solution, failed: list[Check]) -> I
 def _friction(scenario: Scenario, failed: list[Check]) -> Iterator[Suggestion]:
     """Find a floor too slippery: no constraint bounds friction, shorter steps need less."""
     for check in failed:
-        if check.name == "friction needed":
+        if check.name.startswith("friction needed"):
             because = f"{check.value:.2f} of friction is needed, floors give {check.limit:g}"
             now = scenario.walk.step_length
             yield Suggestion("walk.step_length", f"shorter than {now:g} m", because)

@@ -47,12 +47,19 @@ _MEANING = {
     "ZMP stability": "the pressure has to stay under the foot",
     "load transfer": "the load has to pass evenly from foot to foot",
     "ground pushes": "the ground cannot pull",
+    "sliding friction": "the floor can hold a foot only by friction",
+    "turning friction": "the floor can hold a foot only by friction",
     "pelvic velocity": "the pelvis has to keep to the walking speed",
     "knee at mid-swing": "the swinging knee has to bend by 60 deg",
     "arm-leg coupling": "arms have to swing against the legs",
     SYMMETRY[0]: "the next step has to be the mirror image of this one",
     LIMITS[0]: "joints are at the end of the range that they are given",
 }
+
+
+def unit_step(unit: str) -> tuple[float, str]:
+    """Return by how much a limit is moved to tell what it costs, in its unit and in words."""
+    return STEPS.get(unit, (0.01, f"0.01 {unit}"))
 
 
 @dataclass(frozen=True)
@@ -114,8 +121,8 @@ class _Row:
 def _influence(rows: list[_Row], cost: float) -> Influence:
     first, most = rows[0], max(rows, key=lambda row: abs(row.price))
     price = sum(abs(row.price) for row in rows)
-    size, step = STEPS[first.unit]
-    meaning, saving = _MEANING[first.name], price * size / cost
+    size, step = unit_step(first.unit)
+    meaning, saving = _MEANING.get(first.name, f"of {first.name}"), price * size / cost
     return Influence(
         first.name, first.equation, first.what, meaning, first.unit, price, step, saving, most.time
     )

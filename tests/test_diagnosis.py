@@ -13,7 +13,7 @@ from human_gait import cli
 from human_gait.diagnosis import amount, not_kept, suggestions, violation_text
 from human_gait.exceptions import ResultError
 from human_gait.explanation import explained
-from human_gait.influence import NEGLIGIBLE, STEPS, _limit_row, influences
+from human_gait.influence import _MEANING, NEGLIGIBLE, STEPS, _limit_row, influences
 from human_gait.program import COST_SCALE, LIMITS, SYMMETRY, Violation, build_program
 from human_gait.skeleton import DOF_NAMES, N_DOF, in_words, index
 from human_gait.solver import Solution, solve
@@ -136,6 +136,20 @@ def test_every_unit_of_a_row_has_a_step_of_its_own():
         program = build_program(scenario(periodicity=periodicity))
         units = {c.unit for c in program.constraints} | {u for _, u in program.symmetry_words}
         assert units <= set(STEPS)
+
+
+def test_every_constraint_has_a_meaning():
+    names = {constraint.name for constraint in build_program(scenario()).constraints}
+    assert names | {SYMMETRY[0], LIMITS[0]} <= set(_MEANING)
+
+
+def test_a_constraint_that_is_new_is_told_all_the_same():
+    program = build_program(scenario())
+    last = replace(program.constraints[-1], name="new one", unit="N")
+    program.constraints = [last]
+    prices = {last.name: np.ones(len(last.lower)), LIMITS[0]: np.zeros(len(program.unit))}
+    found = influences(program, solution_like(program, prices, cost=1.0))
+    assert {(one.name, one.step) for one in found} == {("new one", "0.01 N")}
 
 
 def test_nothing_special_names_the_tolerance_of_the_worst_constraint():
