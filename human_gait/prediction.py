@@ -110,7 +110,7 @@ def predict_by_all_solvers(scenario: Scenario, folder: Path, dynamics: str = "pi
     program = build_program(scenario, dynamics=dynamics)
     console = Console(highlight=False)
     with _progress(console) as tell:
-        start = posture(program, tell("posture path"))
+        start = posture(program, tell(OWN_GUESS))
     found = []
     for name in SOLVERS:
         kept = _solve_to_folder(program, name, folder / name, start)

@@ -216,7 +216,7 @@ def test_a_result_is_checked_anew_from_its_file(tmp_path, capsys):
 
 @pytest.mark.usefixtures("cut_short")
 def test_an_interruption_ends_the_comparison_of_solvers(tmp_path, monkeypatch):
-    def press(program, solver, start, _):
+    def press(program, solver, start, **_):
         def tell(_):
             signal.raise_signal(signal.SIGINT)
 
