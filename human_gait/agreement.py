@@ -14,6 +14,7 @@ from rich.table import Table
 
 from human_gait.gait_cycle import label_and_unit, load_gait_cycle
 from human_gait.reference import correlation
+from human_gait.result_folder import whole_file
 
 FILE = "agreement.json"
 _SHOWN = ("success", "solver_status", "cost", "wall_time_s", "evaluations")
@@ -51,7 +52,8 @@ def agreement_to_folder(folder: Path, names: Sequence[str]) -> Table:
         },
         "curves": {name: [asdict(d) for d in rows] for name, rows in differences.items()},
     }
-    (folder / FILE).write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+    with whole_file(folder / FILE) as path:
+        path.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
     return _table(names, summaries, differences)
 
 

@@ -1,7 +1,7 @@
 """The command ``human-gait``: predict, refine, verify, explain, play, plot, compare, figures, urdf.
 
 Exit codes: 0 done, 1 no solution found, no walk or the solve interrupted (its best gait is kept), 2
-bad input, 130 interrupted elsewhere. An error is one line.
+bad input or a result that cannot be written, 130 interrupted elsewhere. An error is one line.
 Solvers, plots and viewers are imported by the command that needs them: ``--help`` stays quick.
 """
 
@@ -19,11 +19,14 @@ from typing import Annotated
 import typer
 
 from human_gait.exceptions import GaitError, NoSolutionFound, ResultError, ScenarioError
+from human_gait.output import Outlet, outlet
+from human_gait.result_folder import MARK, whole_file
 from human_gait.scenario import Subject, load_scenario
 
 NO_SOLUTION = 1
 BAD_INPUT = 2
 INTERRUPTED = 130
+LONGEST_MESSAGE = 500
 
 app = typer.Typer(
     help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
@@ -226,7 +229,8 @@ def urdf(
     task = load_scenario(scenario) if scenario else None
     body = make_body(task.subject, task.load) if task else make_body(Subject.default(), Load())
     out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(urdf_text(body), encoding="utf-8")
+    with whole_file(out) as path:
+        path.write_text(urdf_text(body), encoding="utf-8")
     typer.echo(f"wrote {out}")
 
 
@@ -241,7 +245,7 @@ def check_writable(folder: Path) -> None:
     """Raise ResultError, before minutes of solving, if no result can be written to `folder`."""
     parent = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
     try:
-        with tempfile.TemporaryDirectory(dir=parent):
+        with tempfile.TemporaryDirectory(dir=parent, prefix=MARK):
             pass
     except OSError as error:
         message = f"{folder}: a result cannot be written here: {parent}: {error.strerror}"
@@ -259,7 +263,7 @@ def run(arguments: Sequence[str]) -> int:
     Returns
     -------
     int
-        Exit code: 0 done, 1 no solution, 2 bad input, 130 interrupted.
+        Exit code: 0 done, 1 no solution, 2 bad input or no way to write, 130 interrupted.
     """
     command = typer.main.get_command(app)
     try:
@@ -270,12 +274,16 @@ def run(arguments: Sequence[str]) -> int:
         return complain(error.format_message().replace("Value error, ", ""), BAD_INPUT)
     except (GaitError, typer.TyperException, OSError) as error:
         return complain(error, BAD_INPUT)
+    except MemoryError:
+        return complain("the memory is not enough for this", BAD_INPUT)
     return complain("interrupted", INTERRUPTED) if code == INTERRUPTED else code
 
 
 def complain(message: object, exit_code: int) -> int:
     """Print one line on standard error and return the exit code."""
     printable = "".join(sign if sign.isprintable() else " " for sign in str(message))
+    if len(printable) > LONGEST_MESSAGE:
+        printable = printable[: LONGEST_MESSAGE - 3] + "..."
     typer.echo(f"error: {printable}", err=True)
     return exit_code
 
@@ -286,6 +294,12 @@ def main() -> None:
     Linear algebra gets one thread unless told otherwise: the matrices are small, and sums in
     another order would lead the solvers along another path.
     """
+    sys.stdout, sys.stderr = outlet(sys.stdout), outlet(sys.stderr)
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")
-    sys.exit(run(sys.argv[1:]))
+    code = run(sys.argv[1:])
+    if sys.stdout:
+        sys.stdout.flush()
+    if Outlet.failure and code == 0:
+        code = complain(f"the output cannot be written: {Outlet.failure}", BAD_INPUT)
+    sys.exit(code)

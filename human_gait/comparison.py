@@ -16,6 +16,7 @@ from human_gait.exceptions import ResultError
 from human_gait.gait_cycle import label_and_unit, load_gait_cycle
 from human_gait.plots_compare import compare_figure
 from human_gait.reference import Cycle, Reference, Score, references_near, scores
+from human_gait.result_folder import whole_file
 from human_gait.spatiotemporal import StepScore, step_scores
 
 _COLUMNS = (
@@ -102,8 +103,8 @@ def _speed_and_step_length(path: Path) -> tuple[float, float]:
 
 def _positive(path: Path, summary: object, key: str) -> float:
     value = summary.get(key) if isinstance(summary, Mapping) else None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-        raise ResultError(f"{path}: {key} must be a number above 0")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 1e-3 < value < 1e3:
+        raise ResultError(f"{path}: {key} must be a number above 0, of a walk")
     return float(value)
 
 
@@ -163,9 +164,12 @@ def save_comparison(comparison: Comparison, folder: str | Path) -> None:
     folder = Path(folder)
     figure = compare_figure(comparison.cycle, comparison.references)
     text = json.dumps(_plain(comparison), indent=2, allow_nan=False)
-    (folder / "compare.json").write_text(text + "\n", encoding="utf-8")
-    (folder / "compare.csv").write_text(_csv(comparison), encoding="utf-8")
-    figure.savefig(folder / "compare.png", dpi=130)
+    with whole_file(folder / "compare.json") as path:
+        path.write_text(text + "\n", encoding="utf-8")
+    with whole_file(folder / "compare.csv") as path:
+        path.write_text(_csv(comparison), encoding="utf-8")
+    with whole_file(folder / "compare.png") as path:
+        figure.savefig(path, dpi=130)
 
 
 def _plain(comparison: Comparison) -> dict[str, Any]:

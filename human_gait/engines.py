@@ -30,6 +30,8 @@ FloatArray = npt.NDArray[np.float64]
 Motion = tuple[FloatArray, FloatArray, FloatArray]
 """q, v, a (K, 55), [rad] and [m], their rates per s and per s^2."""
 
+_CHUNK = 1000  # instants that the recursion takes at once: 0.2 MB each
+
 
 class Engine(Protocol):
     """Inverse dynamics of one body."""
@@ -55,7 +57,17 @@ class RecursionEngine:
 
     def torques(self, motion: Motion, loads: Sequence[ExternalLoad]) -> FloatArray:
         """Return the joint torques (K, 55), [N m] and [N], of K instants under loads."""
-        return np.asarray(inverse_dynamics(self._body, *motion, loads), dtype=float)
+        tau = np.empty(motion[0].shape)
+        for k in range(0, len(tau), _CHUNK):
+            part = slice(k, k + _CHUNK)
+            q, v, a = (x[part] for x in motion)
+            acting = [_part(load, part) for load in loads]
+            tau[part] = inverse_dynamics(self._body, q, v, a, acting)
+        return tau
+
+
+def _part(load: ExternalLoad, part: slice) -> ExternalLoad:
+    return ExternalLoad(load.link, load.point[part], load.force[part], load.moment[part])
 
 
 class PinocchioEngine:

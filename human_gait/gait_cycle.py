@@ -28,6 +28,7 @@ FloatArray = npt.NDArray[np.float64]
 Signed = Mapping[str, tuple[str, float]]
 
 PERCENT: FloatArray = np.arange(101.0)
+_TOO_LARGE = 1e6  # for any curve, in whatever unit
 """(101,) percentages of the gait cycle."""
 
 # Column: degree of freedom and its sign.
@@ -165,6 +166,7 @@ def _read_csv(path: Path) -> tuple[list[str], FloatArray]:
     except (ValueError, csv.Error):  # not text, not numbers, or rows of unequal length
         raise ResultError(f"{path}: is not a table of numbers below a header") from None
     header = rows[0] if rows else []
-    if values.shape != (len(PERCENT), len(header)) or not np.isfinite(values).all():
-        raise ResultError(f"{path}: must hold {len(PERCENT)} rows of finite numbers")
+    if values.shape != (len(PERCENT), len(header)) or not (np.abs(values) < _TOO_LARGE).all():
+        message = f"must hold {len(PERCENT)} rows of finite numbers below {_TOO_LARGE:g}"
+        raise ResultError(f"{path}: {message}")
     return header, values

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import zipfile
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +34,10 @@ torques), zmp (x, y, z), and for the right and the left foot grf, cop (centre of
 yaw_moment, toe_share (of force and moment) and points (heel, ball_medial, ball_lateral, toe).
 footholds: where these points stand. mass: of the 55 links, the load with the thorax.
 scenario and solution are JSON."""
+_FARTHEST = 25.0  # [rad] or [m], more than joints can be allowed
+_CLOSEST = 1e-3  # of the step
+_LARGEST = 2**28  # bytes: the finest grid that can be asked for takes 80 MB
+_PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _SHAPES: dict[str, tuple[int, ...]] = {  # of the samples of one instant
     **dict.fromkeys(("q", "v", "a", "tau", "active"), (N_DOF,)),
     "zmp": (3,),
@@ -132,10 +137,27 @@ def load_record(folder: str | Path) -> Record:
     """
     path = Path(folder) / FILE
     try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-            return _restored(file)
+        with path.open("rb") as stream:
+            _check_archive(stream)
+            with np.load(stream, allow_pickle=False) as file:
+                return _restored(file)
     except _UNREADABLE as error:
         raise ResultError(f"{path}: not a gait that can be read: {error}") from None
+
+
+def _check_archive(stream: BinaryIO) -> None:
+    """Refuse, before anything is unpacked, what is no archive of ours: it could fill the memory."""
+    if stream.seek(0, os.SEEK_END) > _LARGEST:
+        raise ValueError(f"it is larger than {_LARGEST} bytes")
+    with zipfile.ZipFile(stream) as archive:
+        members = archive.infolist()
+        if sum(member.file_size for member in members) > _LARGEST:
+            raise ValueError(f"unpacked it is larger than {_LARGEST} bytes")
+        if any(member.compress_type not in _PACKINGS for member in members):
+            raise ValueError("it is packed in another way than numpy does")
+        if damaged := archive.testzip():  # numpy may stop short of the checksum
+            raise ValueError(f"{damaged} is damaged")
+    stream.seek(0)
 
 
 def _restored(file: Mapping[str, Any]) -> Record:
@@ -157,10 +179,12 @@ def _gait(file: Mapping[str, Any]) -> Gait:
     if breaks.ndim != 1 or not np.allclose(breaks[[0, -1]], [0.0, T], rtol=0.0, atol=1e-9 * T):
         raise ValueError(f"breaks do not go from 0 to the step time {T:g} s")
     fewest = DEGREE if scenario.discretisation.mirrored else 1
-    if len(breaks) <= fewest or np.any(np.diff(breaks) <= 0.0):
-        raise ValueError("breaks are too few or do not increase")
+    if len(breaks) <= fewest or np.any(np.diff(breaks) < _CLOSEST * T):
+        raise ValueError("breaks are too few, too close or do not increase")
     if control_points.shape != (len(breaks) + 2, N_DOF):
         raise ValueError(f"control_points of shape {control_points.shape} do not fit")
+    if np.abs(control_points).max() > _FARTHEST:
+        raise ValueError(f"control_points beyond {_FARTHEST:g} rad or m are no gait")
     gait = Gait(scenario, breaks, control_points, solution)
     if not np.allclose(_numbers(file, "knots", gait.knots.shape), gait.knots, rtol=0.0, atol=1e-9):
         raise ValueError("knots do not fit the breaks")
@@ -178,7 +202,9 @@ def _samples(file: Mapping[str, Any], gait: Gait) -> Samples:
 def _numbers(
     file: Mapping[str, Any], name: str, shape: tuple[int, ...] | None = None
 ) -> FloatArray:
-    numbers = np.asarray(file[name], dtype=float)
+    numbers = np.asarray(file[name])
+    if numbers.dtype != np.float64:
+        raise TypeError(f"{name} of type {numbers.dtype} are no numbers of double precision")
     if not np.all(np.isfinite(numbers)):
         raise ValueError(f"{name} holds what is not a finite number")
     if shape is not None and numbers.shape != shape:

@@ -7,9 +7,9 @@ other figures have the colours of `plots` and `plots_compare`.
 from __future__ import annotations
 
 import json
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +45,7 @@ from human_gait.plots import (
 )
 from human_gait.plots_compare import draw_column
 from human_gait.reference import references, scores
+from human_gait.result_folder import whole_file
 from human_gait.scenario import Load, Scenario
 from human_gait.skeleton import GRAVITY, SEGMENTS, index
 
@@ -99,15 +100,18 @@ def save_figures(results: str | Path, folder: str | Path) -> list[Path]:
         If a result is missing or cannot be read; nothing is written then.
     """
     gaits, target = load_results(results), Path(folder)
+    drawn: dict[Path, bytes] = {}  # all first: what fails leaves the old as they were
+    for name, (draw, needed) in FIGURES.items():
+        with mpl.rc_context(STYLE | _SVG):
+            figure, png, svg = draw(*(gaits[result] for result in needed)), BytesIO(), BytesIO()
+            figure.savefig(png, format="png", dpi=DPI)
+            figure.savefig(svg, format="svg", metadata={"Date": None})
+        drawn |= {target / f"{name}.png": png.getvalue(), target / f"{name}.svg": svg.getvalue()}
     target.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=target, prefix=".writing-") as temporary:
-        new = Path(temporary)  # what fails leaves the old figures as they were
-        for name, (draw, needed) in FIGURES.items():
-            with mpl.rc_context(STYLE | _SVG):
-                figure = draw(*(gaits[result] for result in needed))
-                figure.savefig(new / f"{name}.png", dpi=DPI)
-                figure.savefig(new / f"{name}.svg", metadata={"Date": None})
-        return [path.replace(target / path.name) for path in sorted(new.iterdir())]
+    for path, content in drawn.items():
+        with whole_file(path) as new:
+            new.write_bytes(content)
+    return list(drawn)
 
 
 def failed_results(results: str | Path) -> list[Path]:

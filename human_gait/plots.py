@@ -22,6 +22,7 @@ from matplotlib.patches import Circle, Patch
 
 from human_gait import dh
 from human_gait.gait_cycle import gait_cycle
+from human_gait.result_folder import whole_file
 from human_gait.skeleton import GRAVITY, index
 
 if TYPE_CHECKING:
@@ -94,7 +95,9 @@ def save_plots(gait: Gait, folder: str | Path) -> None:
     target.mkdir(parents=True, exist_ok=True)
     for name, draw in PLOTS.items():
         with mpl.rc_context(STYLE):
-            draw(gait).savefig(target / f"{name}.png", dpi=DPI)
+            figure = draw(gait)
+            with whole_file(target / f"{name}.png") as path:
+                figure.savefig(path, dpi=DPI)
 
 
 def joint_torques(gait: Gait) -> Figure:

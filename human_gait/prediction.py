@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import platform
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -19,6 +18,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from human_gait.agreement import FILE as AGREEMENT
 from human_gait.agreement import agreement_to_folder
 from human_gait.diagnosis import check_text, not_kept, suggestions, violation_text
 from human_gait.exceptions import NoSolutionFound
@@ -30,6 +30,7 @@ from human_gait.gait_file import load_record, save_gait
 from human_gait.influence import influences
 from human_gait.ladder import GIVEN, OWN_GUESS, Attempt, best, climb
 from human_gait.program import GaitProgram, build_program, refined_program
+from human_gait.result_folder import replaced_folder, whole_file
 from human_gait.scenario import Scenario
 from human_gait.solver import SOLVERS, Iterate, Solution, posture
 from human_gait.verification import Check, verify
@@ -37,6 +38,8 @@ from human_gait.verification import Check, verify
 FloatArray = npt.NDArray[np.float64]
 
 SUMMARY, VERIFICATION = "summary.json", "verification.json"
+DERIVED = (VERIFICATION, "explanation.json", "compare.json", "compare.csv", "compare.png")
+"""What other commands make from a result; it goes when the result is replaced."""
 PACKAGES = ("human-gait", "drake", "pin", "numpy", "scipy")
 _LINE_EVERY = 25
 
@@ -105,19 +108,21 @@ def predict_by_all_solvers(scenario: Scenario, folder: Path, dynamics: str = "pi
     """Solve one problem with every solver, each into a folder of its own, and compare.
 
     All start from the same posture path. Return whether every one found a walk. An interruption
-    ends it: the solvers that are left are not run and nothing is compared.
+    ends it: the solvers that are left are not run and nothing is compared. The folder gets its
+    results at the end, all at once.
     """
     program = build_program(scenario, dynamics=dynamics)
     console = Console(highlight=False)
     with _progress(console) as tell:
         start = posture(program, tell(OWN_GUESS))
     found = []
-    for name in SOLVERS:
-        kept = _solve_to_folder(program, name, folder / name, start)
-        if kept.solution.interrupted:
-            return False
-        found.append(kept.success)
-    console.print(agreement_to_folder(folder, SOLVERS))
+    with replaced_folder(folder, (*DERIVED, AGREEMENT)) as new:
+        for name in SOLVERS:
+            kept = _solve_to_folder(program, name, new / name, start, told=folder / name)
+            if kept.solution.interrupted:
+                return False
+            found.append(kept.success)
+        console.print(agreement_to_folder(new, SOLVERS))
     return all(found)
 
 
@@ -127,8 +132,12 @@ def _solve_to_folder(
     folder: Path,
     start: FloatArray | None = None,
     seed: int = 0,
+    told: Path | None = None,
 ) -> Attempt:
-    """Solve, verify, write and tell; return the attempt that was kept."""
+    """Solve, verify, write and tell; return the attempt that was kept.
+
+    `told` is what the user is told instead of the folder, if that is not its last name.
+    """
     console = Console(highlight=False)
     console.print(
         f"{program.scenario.name}: {len(program.variables)} variables, "
@@ -140,7 +149,7 @@ def _solve_to_folder(
     summary = _summary(program, kept, attempts, seed)
     _write(folder, kept.solution.gait, summary, _explanation(program, kept.solution))
     console.print(_check_table(kept.checks))
-    console.print(_verdict(kept, attempts, folder))
+    console.print(_verdict(kept, attempts, told or folder))
     if not kept.success:
         console.print(diagnosis_text(summary["diagnosis"]), soft_wrap=True, markup=False)
     return kept
@@ -158,7 +167,8 @@ def verify_folder(folder: Path) -> bool:
     """
     checks = verify(load_record(folder))
     found = json.dumps(_by_name(checks), indent=2)
-    (folder / VERIFICATION).write_text(found + "\n", encoding="utf-8")
+    with whole_file(folder / VERIFICATION) as path:
+        path.write_text(found + "\n", encoding="utf-8")
     Console(highlight=False).print(_check_table(checks))
     return all(check.passed for check in checks)
 
@@ -258,17 +268,13 @@ def _write(folder: Path, gait: Gait, summary: dict[str, Any], explanation: dict[
     from human_gait.playback import save_playback  # noqa: PLC0415, half a second to import
     from human_gait.plots import save_plots  # noqa: PLC0415, the same
 
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".writing-") as temporary:
-        new = Path(temporary)  # what is interrupted leaves the old result as it was
+    with replaced_folder(folder, DERIVED) as new:
         save_gait(gait, new)
         save_gait_cycle(gait, new / "gait_cycle.csv")
         (new / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
         (new / EXPLANATION).write_text(json.dumps(explanation, indent=2) + "\n", encoding="utf-8")
         save_plots(gait, new)
         save_playback(gait, new / "playback.html")
-        for path in new.iterdir():
-            path.replace(folder / path.name)
 
 
 def _check_table(checks: list[Check]) -> Table:

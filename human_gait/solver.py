@@ -111,6 +111,7 @@ class Solution:
         Whether the solver says that its point is feasible and optimal, and the point is feasible.
         SNOPT's 3 counts: optimal to within a hundred times its tolerance, and no nearer to be had.
     interrupted : bool
+        Whether the user asked to stop; after the last evaluation that changes nothing else.
     solver, status : str
     iterations, evaluations : int
         Points at which the solver had costs and gradients; times that the dynamics was evaluated.
@@ -223,13 +224,16 @@ def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None)
     program.observe = watch = _Watch(program, tell)
     try:
         with _interruptible(watch):
-            return _posture(program, "snopt", None, POSTURE)
+            path = _posture(program, "snopt", None, POSTURE)
     except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
         if not watch.stop:
             raise
         raise KeyboardInterrupt from None
     finally:
         program.observe = None
+    if watch.stop:  # asked for after the last evaluation
+        raise KeyboardInterrupt
+    return path
 
 
 def _stages(
@@ -305,7 +309,7 @@ def _solution(
     return Solution(
         program.gait(free, solver=solver, status=status, cost=cost, wall_time_s=wall_time),
         converged,
-        status == "interrupted",
+        watch.stop,
         solver,
         status,
         iterations,

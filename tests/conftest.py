@@ -1,6 +1,12 @@
-"""Settings of all tests."""
+"""Settings of all tests.
+
+``HYPOTHESIS_PROFILE=thorough pytest tests/test_faults.py`` tries ten times as many mutations.
+"""
+
+import os
 
 from hypothesis import settings
 
 settings.register_profile("shared machine", deadline=None)  # a busy core is no failure
-settings.load_profile("shared machine")
+settings.register_profile("thorough", deadline=None, max_examples=1000)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "shared machine"))

@@ -41,8 +41,8 @@ def prediction(replace_room):
     """Let `predict` record its task and succeed, without solving anything."""
     calls = []
 
-    def predict_to_folder(scenario, solver, out, dynamics):
-        calls.append((scenario.name, solver, out, dynamics))
+    def predict_to_folder(scenario, solver, out, dynamics, seed):
+        calls.append((scenario.name, solver, out, dynamics, seed))
         return True
 
     replace_room("prediction", predict_to_folder=predict_to_folder)
@@ -165,12 +165,14 @@ def test_a_result_folder_that_cannot_be_made_is_refused_before_solving(here, cap
 
 def test_predict_passes_its_options_on(here, prediction):
     assert cli.run(["predict", NORMAL]) == 0
-    assert cli.run(["predict", NORMAL, "--solver", "ipopt", "--out", "new/place"]) == 0
+    assert (
+        cli.run(["predict", NORMAL, "--solver", "ipopt", "--out", "new/place", "--seed", "7"]) == 0
+    )
     assert cli.run(["predict", NORMAL, "--dynamics", "dh"]) == 0
     assert prediction == [
-        ("normal", "snopt", Path("out/normal"), "pinocchio"),
-        ("normal", "ipopt", Path("new/place"), "pinocchio"),
-        ("normal", "snopt", Path("out/normal"), "dh"),
+        ("normal", "snopt", Path("out/normal"), "pinocchio", 0),
+        ("normal", "ipopt", Path("new/place"), "pinocchio", 7),
+        ("normal", "snopt", Path("out/normal"), "dh", 0),
     ]
     assert list(here.iterdir()) == []
 

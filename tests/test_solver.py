@@ -302,6 +302,16 @@ def test_ctrl_c_in_the_posture_path_alone_stops_like_any_program(program):
     assert program.observe is None
 
 
+def test_ctrl_c_after_the_last_point_of_the_posture_path_is_not_forgotten(program, monkeypatch):
+    def press(*_):
+        signal.raise_signal(signal.SIGINT)
+        return program.guess()
+
+    monkeypatch.setattr(room, "_posture", press)
+    with pytest.raises(KeyboardInterrupt):
+        room.posture(program)
+
+
 def test_a_mistake_in_what_is_told_is_not_taken_for_an_interruption(program, solver):
     handler = signal.getsignal(signal.SIGINT)
 

@@ -1,0 +1,261 @@
+"""A result is the old one or the new one, whole, whatever happens to those who write it."""
+
+import ctypes
+import errno
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from human_gait import result_folder as room
+from human_gait.exceptions import ResultError
+from human_gait.result_folder import MARK, replaced_folder, whole_file
+
+WRITERS = Path(__file__).with_name("writers.py")
+OLD, NEW = "0.0", "10.0"
+NOBODY = 2**22 + 1  # beyond the numbers that processes get
+
+
+def tries(*arguments):
+    """Run a way to fail; return what the folder held, and how processes ended, at each try."""
+    command = [sys.executable, str(WRITERS), *map(str, arguments)]
+    run = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
+    lines = [line.split(maxsplit=1)[1].rsplit(maxsplit=1) for line in run.stdout.splitlines()]
+    return [state for state, _ in lines], {code for _, code in lines}, run.stderr
+
+
+# --- processes that fail
+
+
+@pytest.mark.parametrize("how", ["kill", "stop"])
+def test_a_kill_or_ctrl_c_at_any_step_leaves_the_old_result_or_the_new(tmp_path, how):
+    states, codes, _ = tries(how, tmp_path / "walk")
+    assert set(states) == {OLD, NEW}
+    assert states.count(OLD) > 20
+    assert codes == {"0", "137" if how == "kill" else "130"}
+    assert {path.name for path in tmp_path.iterdir()} == {"walk", "had notes"}
+
+
+@pytest.mark.parametrize("way", ["exchange", "renames", "one-by-one"])
+def test_a_full_disk_leaves_the_old_result_and_says_so(tmp_path, way):
+    states, codes, said = tries("full", tmp_path / "walk", way)
+    assert states == [OLD] * (len(states) - 1) + [NEW]
+    assert len(states) > 3
+    assert codes == {"2", "0"}
+    line = f"{tmp_path / 'walk'}: the result cannot be written: File too large; "
+    assert set(said.splitlines()) == {f"{line}the new result is lost, the old one is as it was"}
+
+
+def test_results_written_at_once_do_not_mix(tmp_path):
+    states, _, said = tries("together", tmp_path / "walk")
+    assert not [state for state in states if "mix" in state or state == "none"]
+    assert len(set(states)) > 1
+    assert said == ""
+
+
+def test_where_folders_cannot_be_exchanged_ctrl_c_does_the_same(tmp_path):
+    states, _, _ = tries("stop", tmp_path / "walk", "renames")
+    assert set(states) == {OLD, NEW}
+
+
+def test_where_folders_cannot_be_exchanged_a_kill_can_only_hide_the_result(tmp_path):
+    states, _, _ = tries("kill", tmp_path / "walk", "renames")
+    assert set(states) == {OLD, NEW, "none"}
+    assert states.count("none") <= 2
+
+
+# --- one process
+
+
+@pytest.fixture
+def old(tmp_path):
+    """A result with a comparison and what somebody else has put beside it."""
+    folder = tmp_path / "walk"
+    (folder / "sub" / "inner").mkdir(parents=True)
+    for name in ("gait", "compare", "notes", "sub/inner/data", "sub/compare"):
+        (folder / name).write_text(f"old {name}")
+    (folder / "link").symlink_to("notes")
+    (folder / "sub" / "dead").symlink_to("nowhere")
+    return folder
+
+
+def renew(folder, error=None, **others):
+    with replaced_folder(folder, ["compare"]) as new:
+        for name in ("gait", *others):
+            (new / name).write_text("new")
+        if error:
+            raise error
+
+
+def contents(folder):
+    return {
+        str(path.relative_to(folder)): path.read_text()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+
+
+RENEWED = {
+    "gait": "new",
+    "notes": "old notes",
+    "link": "old notes",
+    "sub/inner/data": "old sub/inner/data",
+    "sub/compare": "old sub/compare",
+}
+
+
+def assert_renewed(folder):
+    assert contents(folder) == RENEWED
+    assert (folder / "link").is_symlink()
+    assert (folder / "sub" / "dead").is_symlink()
+    assert not [path for path in folder.parent.iterdir() if MARK in path.name]
+
+
+def test_what_is_not_ours_stays_and_what_is_derived_goes(old):
+    old.chmod(0o750)
+    renew(old)
+    assert_renewed(old)
+    assert old.stat().st_mode & 0o777 == 0o750
+
+
+def refuse(code):
+    def refusal(*_, **__):
+        raise OSError(code, os.strerror(code))
+
+    return refusal
+
+
+@pytest.mark.parametrize(
+    ("place", "name", "instead"),
+    [
+        (room, "_exchange", refuse(errno.EBUSY)),  # a mount point
+        (room, "_exchange", refuse(errno.EXDEV)),
+        (os, "link", refuse(errno.EPERM)),  # a file system without hard links
+        (ctypes, "CDLL", lambda *_, **__: object()),  # a library without renameat2
+        (room, "_can_move", lambda _: False),
+    ],
+)
+def test_every_way_to_replace_gives_the_same(old, monkeypatch, place, name, instead):
+    monkeypatch.setattr(place, name, instead)
+    renew(old)
+    assert_renewed(old)
+
+
+@pytest.mark.parametrize("name", ["\N{HIRAGANA LETTER A}" * 80, "a." + "b" * 250, "a b", "-", "%s"])
+def test_any_name_that_a_folder_can_have_will_do(tmp_path, name):
+    for text in ("old", "new"):
+        with replaced_folder(tmp_path / name) as new, whole_file(new / name) as path:
+            path.write_text(text)
+    assert contents(tmp_path) == {f"{name}/{name}": "new"}
+
+
+@pytest.mark.parametrize("here", [".", "sub"])
+def test_the_current_folder_stays_under_ones_feet(old, monkeypatch, here):
+    monkeypatch.chdir(old / here)
+    before = old.stat().st_ino
+    renew(old)
+    assert old.stat().st_ino == before
+    assert_renewed(old)
+
+
+def test_a_current_folder_that_is_gone_does_not_matter(old, monkeypatch):
+    gone = old.parent / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    renew(old)
+    assert_renewed(old)
+
+
+def test_a_folder_is_made_with_those_above_it(tmp_path):
+    renew(tmp_path / "a" / "b")
+    assert contents(tmp_path) == {"a/b/gait": "new"}
+
+
+def test_a_link_to_a_folder_stays_a_link(old):
+    link = old.parent / "latest"
+    link.symlink_to("walk")
+    renew(link)
+    assert link.is_symlink()
+    assert_renewed(old)
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ZeroDivisionError, ResultError])
+def test_an_exception_passes_and_nothing_is_changed(old, error):
+    before = contents(old)
+    with pytest.raises(error):
+        renew(old, error=error)
+    assert contents(old) == before
+    assert list(old.parent.iterdir()) == [old]
+
+
+def test_where_nothing_can_be_written_the_old_result_is_named(old):
+    full = OSError(errno.ENOSPC, "No space left on device")
+    with pytest.raises(ResultError, match=r"No space left.*; the new .* lost, the old .* as it"):
+        renew(old, full)
+    with pytest.raises(ResultError, match=r"is lost$"):
+        renew(old / "gait" / "below")
+
+
+def test_a_file_in_the_place_of_the_folder_is_kept(tmp_path):
+    (tmp_path / "walk").write_text("mine")
+    with pytest.raises(ResultError, match="cannot be written"):
+        renew(tmp_path / "walk")
+    assert contents(tmp_path) == {"walk": "mine"}
+
+
+def test_files_that_were_replaced_in_part_are_reported(old, monkeypatch):
+    monkeypatch.setattr(room, "_can_move", lambda _: False)
+    (old / "second").mkdir()
+    (old / "second" / "full").touch()
+    with pytest.raises(ResultError, match="some of its files are old, some new"):
+        renew(old, second="new")
+
+
+def test_a_folder_of_results_is_replaced_where_it_cannot_be_renamed(old, monkeypatch):
+    monkeypatch.setattr(room, "_can_move", lambda folder: folder.name != "walk")
+    with replaced_folder(old, ["compare"]) as new:
+        (new / "sub").mkdir()
+        (new / "sub" / "data").write_text("new")
+    assert contents(old / "sub") == {"data": "new", "inner/data": "old sub/inner/data"}
+
+
+def test_what_killed_runs_left_is_removed_but_not_what_others_write(old):
+    dead, alive = (old.with_name(f".walk{MARK}{n}-0123abcd") for n in (NOBODY, 1))
+    for folder in (dead, alive):
+        shutil.copytree(old, folder, symlinks=True)
+    renew(old)
+    assert not dead.exists()
+    assert contents(alive)
+
+
+def test_a_file_is_replaced_whole(tmp_path):
+    path, link = tmp_path / "file.txt", tmp_path / "link.txt"
+    link.symlink_to("file.txt")
+    left = tmp_path / f".file.txt{MARK}{NOBODY}-0123abcd.txt"
+    left.touch()
+    for text in ("old", "new"):
+        rewrite(link, text)
+    assert contents(tmp_path) == {"file.txt": "new", "link.txt": "new"}
+    with pytest.raises(ResultError, match="cannot be written: No space"):
+        rewrite(path, "half", OSError(errno.ENOSPC, "No space left on device"))
+    assert contents(tmp_path) == {"file.txt": "new", "link.txt": "new"}
+    with pytest.raises(ResultError, match="Is a directory"):
+        rewrite(tmp_path, "half")
+
+
+def rewrite(path, text, error=None):
+    with whole_file(path) as new:
+        assert new.suffix == path.suffix
+        new.write_text(text)
+        if error:
+            raise error
+
+
+def test_a_device_is_written_to_and_not_replaced():
+    with whole_file(Path("/dev/null")) as path:
+        path.write_text("gone")
+    assert Path("/dev/null").is_char_device()
