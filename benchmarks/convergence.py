@@ -23,7 +23,7 @@ from rich.table import Table
 from human_gait.exceptions import ResultError
 from human_gait.gait import Gait
 from human_gait.gait_cycle import gait_cycle
-from human_gait.gait_file import load_gait, save_gait
+from human_gait.gait_file import load_gait, make_record, save_gait
 from human_gait.program import build_program, refined_program
 from human_gait.reference import references_near, scores
 from human_gait.scenario import Scenario, load_scenario
@@ -59,7 +59,7 @@ def task(n: int) -> Scenario:
 
 def measured(n: int, start: str, solution: Solution) -> dict[str, Any]:
     """Return the numbers of one solve."""
-    checks = {check.name: check for check in verify(solution.gait)}
+    checks = {check.name: check for check in verify(make_record(solution.gait))}
     return {
         "control_points": n,
         "start": start,

@@ -69,7 +69,7 @@ def solved(number: int) -> dict[str, Any]:
     kept = best(attempts)
     failed = [check for check in kept.checks if not check.passed]
     violated = [v for v in kept.solution.violations if v.value > 1e-4]
-    tries = [] if kept.success else suggestions(program, kept.solution, kept.checks)
+    tries = [] if kept.success else suggestions(kept.program, kept.solution, kept.checks)
     return {
         "number": number,
         "speed": scenario.walk.speed,
@@ -81,6 +81,7 @@ def solved(number: int) -> dict[str, Any]:
         "success": kept.success,
         "start": kept.start,
         "starts": len(attempts),
+        "way": [f"{one.start}: {one.solution.status}" for one in attempts],
         "status": kept.solution.status,
         "seconds": time.process_time() - began,
         "evaluations": sum(attempt.solution.evaluations for attempt in attempts),

@@ -162,13 +162,18 @@ def explain(folder: ResultFolder) -> None:
 
 
 @app.command()
-def play(folder: ResultFolder) -> None:
+def play(
+    folder: ResultFolder,
+    host: Annotated[
+        str, typer.Option(metavar="ADDRESS", help="Listen there; else this computer alone.")
+    ] = "127.0.0.1",
+) -> None:
     """Show a result in the browser, several strides in a row."""
     check_result(folder)
     from human_gait.gait_file import load_gait
     from human_gait.playback import play as play_live
 
-    play_live(load_gait(folder))
+    play_live(load_gait(folder), host=host)
 
 
 @app.command()

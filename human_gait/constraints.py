@@ -169,12 +169,15 @@ def paper_constraints(scenario: Scenario, plan: ContactPlan, times: FloatArray) 
         zmp_stability(plan, times),
         load_transfer(scenario, plan, times),
         ground_pushes(times, plan),
-        sliding_friction(plan, times),
-        turning_friction(plan, times),
         pelvic_velocity(scenario, on),
         knee_at_mid_swing(scenario, times),
         arm_leg_coupling(scenario, on),
     ]
+
+
+def friction_constraints(plan: ContactPlan, times: FloatArray) -> list[Constraint]:
+    """Return what the floor's friction allows. The paper has no such limits."""
+    return [sliding_friction(plan, times), turning_friction(plan, times)]
 
 
 def ground_penetration(plan: ContactPlan, times: FloatArray, on: IntArray) -> Constraint:
@@ -323,7 +326,7 @@ def ground_pushes(times: FloatArray, plan: ContactPlan) -> Constraint:
 def sliding_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
     """No foot slides: its horizontal force is at most mu times its vertical one.
 
-    Not in the paper. The horizontal force is rounded where it is near zero.
+    The horizontal force is rounded where it is near zero.
     """
     feet = [(RIGHT, np.flatnonzero(plan.double_support(times))), (LEFT, np.arange(len(times)))]
     mu, weight = _FRICTION_USED * plan.friction, plan.weight
@@ -341,14 +344,9 @@ def sliding_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
 
 
 def turning_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
-    """The feet do not turn on the ground: |M_y,zmp| <= mu R_y r, r of the foot support region.
-
-    Not in the paper, whose walk takes all the vertical moment it can get.
-    """
+    """The feet do not turn on the ground: |M_y,zmp| <= mu R_y r, r of the foot support region."""
     k, weight = np.arange(len(times)), plan.weight
-    radius = plan.turning_radius(times)
-    until_next = np.minimum(radius, np.append(radius[1:], radius[-1]))
-    holds = _FRICTION_USED * plan.friction * until_next
+    holds = _FRICTION_USED * plan.friction * _least_radius(plan, times)
 
     def evaluate(now: Instants) -> Residual:
         most, moment = holds * now.ground.force[:, 1], now.ground.yaw_moment
@@ -359,6 +357,17 @@ def turning_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
     return Constraint(
         "turning friction", "", "m", lower, lower + np.inf, k2, _all(k2), what, evaluate
     )
+
+
+def _least_radius(plan: ContactPlan, times: FloatArray) -> FloatArray:
+    """Return the turning radius (K,) that is left until the next instant, [m].
+
+    The step before ends where this one starts, on one foot: at heel strike the other has no load.
+    """
+    radius = plan.turning_radius(np.append(times, plan.walk.step_time))
+    least = np.minimum(radius[:-1], radius[1:])
+    least[times == 0.0] = np.minimum(least[times == 0.0], radius[-1])
+    return least
 
 
 def pelvic_velocity(scenario: Scenario, on: IntArray) -> Constraint:

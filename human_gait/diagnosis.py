@@ -17,7 +17,7 @@ from human_gait.program import GaitProgram, Violation
 from human_gait.scenario import STEP_HALF_ANGLE_DEG, Scenario
 from human_gait.skeleton import DOF_NAMES, DOF_UNITS, GRAVITY, in_words, index
 from human_gait.solver import FEASIBLE, Solution
-from human_gait.verification import Check
+from human_gait.verification import FRICTION, Check
 
 # What people do. Walk ratio, step length / cadence: Sekiya et al. 1997. They run above the Froude
 # number v^2 / (g leg) = 0.5: Alexander 1989. The rest is assumed, wide.
@@ -139,7 +139,7 @@ def suggestions(program: GaitProgram, solution: Solution, checks: list[Check]) -
         found += _held(program, solution, broken[0]) if not any(_knee(scenario)) else []
         found += _resolution(program, broken[0])
     found += _between(program, solution, failed)
-    found += _friction(scenario, failed) if not found else []
+    found += _friction(program, failed) if not found else []
     if broken and not found:
         found += _relaxed(broken[0], scenario)
     return [*found, *_solver(solution, broken, bool(found))]
@@ -269,13 +269,15 @@ def _between(program: GaitProgram, solution: Solution, failed: list[Check]) -> I
     yield Suggestion("discretisation.intervals", f"{2 * grid.intervals}", because)
 
 
-def _friction(scenario: Scenario, failed: list[Check]) -> Iterator[Suggestion]:
-    """Find a floor too slippery: no constraint bounds friction, shorter steps need less."""
+def _friction(program: GaitProgram, failed: list[Check]) -> Iterator[Suggestion]:
+    """Find a floor too slippery; shorter steps need less friction."""
+    scenario = program.scenario
     for check in failed:
-        if check.name.startswith("friction needed"):
-            because = f"{check.value:.2f} of friction is needed, floors give {check.limit:g}"
+        if check.name in FRICTION:
+            because = f"{check.value:.2f} of friction is needed, the floor gives {check.limit:g}"
             now = scenario.walk.step_length
             yield Suggestion("walk.step_length", f"shorter than {now:g} m", because)
+            yield Suggestion("ground.friction", f"a floor of more than {check.limit:g}", because)
 
 
 def _relaxed(worst: Violation, scenario: Scenario) -> list[Suggestion]:

@@ -9,7 +9,9 @@ the same way every time.
 3. The guess, disturbed at random.
 4. The other solver.
 
-An attempt that ends feasible but not optimal is taken up again where it ended.
+An attempt that ends feasible but not optimal is taken up again where it ended. If all that is wrong
+with a walk is that it would slip, it is taken up with friction as a constraint: hardly any walk
+needs that, and the solvers are quicker without.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from human_gait.program import GaitProgram, build_program
 from human_gait.scenario import Scenario
 from human_gait.skeleton import GRAVITY, N_DOF, index
 from human_gait.solver import FEASIBLE, POSTURE, SOLVERS, Iterate, Solution, solve
-from human_gait.verification import Check, verify
+from human_gait.verification import FRICTION, Check, verify
 
 FloatArray = npt.NDArray[np.float64]
 Tell = Callable[[Iterate], None]
@@ -53,12 +55,15 @@ class Attempt:
     ----------
     start : str
         How it was started.
+    program : GaitProgram
+        What was solved.
     solution : Solution
     checks : list of Check
         Of the gait it ended with.
     """
 
     start: str
+    program: GaitProgram
     solution: Solution
     checks: list[Check]
 
@@ -66,6 +71,12 @@ class Attempt:
     def success(self) -> bool:
         """Whether the solver is content and every check is passed."""
         return self.solution.converged and all(check.passed for check in self.checks)
+
+    @property
+    def slips(self) -> bool:
+        """Whether it would be a walk on a floor of more friction."""
+        failed = [check.name for check in self.checks if not check.passed]
+        return self.solution.converged and bool(failed) and set(failed) <= set(FRICTION)
 
     @property
     def feasible(self) -> bool:
@@ -161,19 +172,29 @@ def _rungs(
 def _taken(
     program: GaitProgram, name: str, run: Run, tell: Callable[[str], Tell | None]
 ) -> list[Attempt]:
-    """Return an attempt, and a second one from its end if that is feasible but not optimal."""
-    first = _attempt(name, run, tell)
-    done = first.solution.converged or first.solution.interrupted
-    if done or not first.feasible:
-        return [first]
-    end = free_points(first.solution.gait)
-    again = partial(solve, program, first.solution.solver, end)
-    return [first, _attempt(f"{name}, taken up again", again, tell)]
+    """Return an attempt and, where that may help, others that start from its end."""
+    attempts = [_attempt(program, name, run, tell)]
+    unfinished = attempts[0].feasible and not attempts[0].solution.converged
+    if unfinished and not attempts[0].solution.interrupted:
+        attempts.append(_again(program, f"{name}, taken up again", attempts[0], tell))
+    if attempts[-1].slips and not attempts[-1].solution.interrupted:
+        held = program.with_friction()
+        attempts.append(_again(held, f"{name}, held by friction", attempts[-1], tell))
+    return attempts
 
 
-def _attempt(name: str, run: Run, tell: Callable[[str], Tell | None]) -> Attempt:
+def _again(
+    program: GaitProgram, name: str, ended: Attempt, tell: Callable[[str], Tell | None]
+) -> Attempt:
+    end = free_points(ended.solution.gait)
+    return _attempt(program, name, partial(solve, program, ended.solution.solver, end), tell)
+
+
+def _attempt(
+    program: GaitProgram, name: str, run: Run, tell: Callable[[str], Tell | None]
+) -> Attempt:
     solution = run(tell=tell(name))
-    return Attempt(name, solution, verify(make_record(solution.gait)))
+    return Attempt(name, program, solution, verify(make_record(solution.gait)))
 
 
 def _continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> Solution:

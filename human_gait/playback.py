@@ -36,7 +36,7 @@ _LEGEND = {
 }
 
 
-def play(gait: Gait, strides: int | None = None) -> None:
+def play(gait: Gait, strides: int | None = None, host: str = LOOPBACK) -> None:
     """Show a walk in MeshCat: print its address on this computer, open a browser if there is one.
 
     Parameters
@@ -44,17 +44,21 @@ def play(gait: Gait, strides: int | None = None) -> None:
     gait : Gait
     strides : int, optional
         Stop and return after so many strides; otherwise walk until Ctrl-C.
+    host : str
+        Address to listen on; by default this computer alone can connect.
 
     Raises
     ------
     ValueError
         If `strides` is less than 1.
+    OSError
+        If this computer has no such address.
     """
     if strides is not None and strides < 1:
         raise ValueError(f"strides must be at least 1, not {strides}")
     page = playback_page(gait) if strides is None else playback_page(gait, 1, strides)
-    with _page_server(page) as server, contextlib.suppress(KeyboardInterrupt):
-        url = f"http://{LOOPBACK}:{server.server_port}/"
+    with _page_server(page, host) as server, contextlib.suppress(KeyboardInterrupt):
+        url = f"http://{host}:{server.server_port}/"
         print(f"MeshCat at {url}, Ctrl-C to stop", flush=True)  # noqa: T201, for who plays
         if has_screen():
             webbrowser.open(url)
@@ -107,8 +111,8 @@ def _caption(gait: Gait) -> str:
 
 
 @contextlib.contextmanager
-def _page_server(page: str) -> Iterator[ThreadingHTTPServer]:
-    """Serve one page to this computer only."""
+def _page_server(page: str, host: str = LOOPBACK) -> Iterator[ThreadingHTTPServer]:
+    """Serve one page, by default to this computer only."""
     content = page.encode()
 
     class Handler(BaseHTTPRequestHandler):
@@ -123,8 +127,8 @@ def _page_server(page: str) -> Iterator[ThreadingHTTPServer]:
             """Keep the terminal quiet."""
 
     try:
-        server = ThreadingHTTPServer((LOOPBACK, PORT), Handler)
+        server = ThreadingHTTPServer((host, PORT), Handler)
     except OSError:
-        server = ThreadingHTTPServer((LOOPBACK, 0), Handler)
+        server = ThreadingHTTPServer((host, 0), Handler)
     with server:
         yield server

@@ -74,7 +74,7 @@ def predict(
         raise NoSolutionFound(
             f"{solution.solver} stopped: {solution.status}",
             solution.gait,
-            [*broken, *failed, *suggestions(program, solution, checks)],
+            [*broken, *failed, *suggestions(kept.program, solution, checks)],
         )
     return solution.gait
 
@@ -146,8 +146,8 @@ def _solve_to_folder(
     with _progress(console) as tell:
         attempts = climb(program, solver, start, seed, tell)
     kept = best(attempts)
-    summary = _summary(program, kept, attempts, seed)
-    _write(folder, kept.solution.gait, summary, _explanation(program, kept.solution))
+    summary = _summary(kept, attempts, seed)
+    _write(folder, kept.solution.gait, summary, _explanation(kept.program, kept.solution))
     console.print(_check_table(kept.checks))
     console.print(_verdict(kept, attempts, told or folder))
     if not kept.success:
@@ -204,10 +204,9 @@ def _line(now: Iterate) -> Text:
     )
 
 
-def _summary(
-    program: GaitProgram, kept: Attempt, attempts: list[Attempt], seed: int
-) -> dict[str, Any]:
-    scenario, solution, checks = program.scenario, kept.solution, kept.checks
+def _summary(kept: Attempt, attempts: list[Attempt], seed: int) -> dict[str, Any]:
+    program, solution, checks = kept.program, kept.solution, kept.checks
+    scenario = program.scenario
     return {
         "success": kept.success,
         "start": kept.start,

@@ -24,7 +24,13 @@ from pydrake.solvers import MathematicalProgram, MathematicalProgramResult
 from pydrake.trajectories import BsplineTrajectory
 
 from human_gait.bspline import DEGREE, Basis
-from human_gait.constraints import Constraint, Residual, joint_limits, paper_constraints
+from human_gait.constraints import (
+    Constraint,
+    Residual,
+    friction_constraints,
+    joint_limits,
+    paper_constraints,
+)
 from human_gait.exceptions import ScenarioError
 from human_gait.gait import Gait
 from human_gait.initial_guess import initial_guess
@@ -80,6 +86,8 @@ class GaitProgram:
     scenario : Scenario
     dynamics : str
         What the dynamics is computed with, one of ``dynamics.ENGINES``.
+    friction : bool
+        Whether the floor's friction bounds the forces, which the paper leaves out.
     basis : Basis
     times : (K,) array, [s]
         The grid of instants. T itself is left out where it is the mirror image of 0.
@@ -93,9 +101,13 @@ class GaitProgram:
     """
 
     def __init__(
-        self, scenario: Scenario, basis: Basis | None = None, dynamics: str = "pinocchio"
+        self,
+        scenario: Scenario,
+        basis: Basis | None = None,
+        dynamics: str = "pinocchio",
+        friction: bool = False,
     ) -> None:
-        self.scenario, self.dynamics = scenario, dynamics
+        self.scenario, self.dynamics, self.friction = scenario, dynamics, friction
         step_time, grid = scenario.walk.step_time, scenario.discretisation
         n = grid.intervals * grid.dynamics_per_interval
         self.limits = joint_limits(scenario, DOF_NAMES)
@@ -110,7 +122,9 @@ class GaitProgram:
         self._known: tuple[bytes, Instants] | None = None
         self.evaluations = 0
         self.observe: Callable[[FloatArray], None] | None = None
-        self.constraints = paper_constraints(scenario, self._walker.plan, self.times)
+        plan = self._walker.plan
+        self.constraints = paper_constraints(scenario, plan, self.times)
+        self.constraints += friction_constraints(plan, self.times) if friction else []
         self.unit = np.tile(self._unit(), self.basis.n_free)
         self.prog, self.variables = self._program(self.constraints)
         self.prog.AddCost(self._cost, self.variables)
@@ -120,6 +134,10 @@ class GaitProgram:
         """Number of rows of all constraints."""
         rows = sum(len(constraint.lower) for constraint in self.constraints)
         return rows + len(self._symmetry[1])
+
+    def with_friction(self) -> GaitProgram:
+        """Return the same problem on a floor that holds by friction alone."""
+        return GaitProgram(self.scenario, self.basis, self.dynamics, friction=True)
 
     def guess(self) -> FloatArray:
         """Return the free control points of the first guess, flat, within the joint limits."""

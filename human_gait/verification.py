@@ -27,6 +27,9 @@ from human_gait.skeleton import DOF_NAMES, SEGMENTS, index, mirror
 
 FloatArray = npt.NDArray[np.float64]
 
+FRICTION = ("friction needed against sliding", "friction needed against turning")
+"""Names of the checks that depend on the floor."""
+
 _EQUAL = 1e-9  # numbers that are the same but for rounding
 _LOADED = 0.05  # of the weight
 
@@ -277,9 +280,7 @@ def _friction(plan: ContactPlan, now: Samples) -> Check:
     loaded = _loaded(plan, now)
     horizontal = np.linalg.norm(now.grf[..., [0, 2]], axis=-1)
     needed = np.where(loaded, horizontal / np.where(loaded, now.grf[..., 1], 1.0), 0.0)
-    return _worst(
-        "friction needed against sliding", "of vertical force", plan.friction, needed, now.t
-    )
+    return _worst(FRICTION[0], "of vertical force", plan.friction, needed, now.t)
 
 
 def _turning_friction(plan: ContactPlan, now: Samples) -> Check:
@@ -292,9 +293,7 @@ def _turning_friction(plan: ContactPlan, now: Samples) -> Check:
     moment = now.yaw_moment.sum(axis=1) + np.cross(arms, now.grf)[..., 1].sum(axis=1)
     vertical = np.maximum(now.grf[..., 1].sum(axis=1), _LOADED * plan.weight)
     needed = np.abs(moment) / (vertical * plan.turning_radius(now.t))
-    return _worst(
-        "friction needed against turning", "of vertical force", plan.friction, needed, now.t
-    )
+    return _worst(FRICTION[1], "of vertical force", plan.friction, needed, now.t)
 
 
 def _loaded(plan: ContactPlan, now: Samples) -> npt.NDArray[np.bool_]:

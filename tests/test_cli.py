@@ -219,10 +219,10 @@ def test_play_and_plot_take_the_result_of_the_folder(here, replace_room):
     (here / "gait.npz").write_bytes(b"")
     taken = []
     replace_room("gait_file", load_gait=lambda folder: f"gait of {folder}")
-    replace_room("playback", play=taken.append)
+    replace_room("playback", play=lambda gait, host: taken.append((gait, host)))
     replace_room("plots", save_plots=lambda gait, folder: taken.append((gait, folder)))
     assert cli.run(["play", "."]) == cli.run(["plot", "."]) == 0
-    assert taken == ["gait of .", ("gait of .", Path())]
+    assert taken == [("gait of .", "127.0.0.1"), ("gait of .", Path())]
 
 
 def test_an_unreadable_result_is_one_line(here, capsys, replace_room):

@@ -6,7 +6,7 @@ from walks import scenario
 
 from human_gait import dh
 from human_gait.body import CONTACT_POINTS, GRAVITY
-from human_gait.constraints import joint_limits, paper_constraints
+from human_gait.constraints import friction_constraints, joint_limits, paper_constraints
 from human_gait.contact_plan import LEFT, RIGHT
 from human_gait.exceptions import ScenarioError
 from human_gait.instant import Walker
@@ -34,8 +34,9 @@ def standing(**changes):
 
 
 def named(name, times=FLAT):
-    """One constraint of the paper on a grid."""
-    return next(c for c in paper_constraints(TASK, PLAN, times) if c.name == name)
+    """One constraint on a grid."""
+    constraints = paper_constraints(TASK, PLAN, times) + friction_constraints(PLAN, times)
+    return next(c for c in constraints if c.name == name)
 
 
 def at_rest(q, times=FLAT, v=None, a=None):
@@ -276,7 +277,7 @@ def test_a_slippery_floor_allows_less():
     for mu, task in floors.items():
         walker = Walker(task)
         now = walker.at(grid, *(np.zeros((12, 55)) + x for x in (standing(), 0.0, 0.0)))
-        found = {c.name: c for c in paper_constraints(task, walker.plan, grid)}
+        found = {c.name: c for c in friction_constraints(walker.plan, grid)}
         rows[mu] = {name: found[name].evaluate(now).value for name in found}
     for name in ("sliding friction", "turning friction"):
         assert np.all(rows[0.1][name] < rows[0.5][name] + 1e-12)
@@ -324,7 +325,7 @@ def test_every_equation_of_the_paper_is_there_once_by_name():
 def test_rows_know_their_instants_bounds_and_units():
     times = np.arange(12) * T / 12
     now = at_rest(np.tile(standing(), (12, 1)), times)
-    for constraint in paper_constraints(TASK, PLAN, times):
+    for constraint in [*paper_constraints(TASK, PLAN, times), *friction_constraints(PLAN, times)]:
         residual = constraint.evaluate(now)
         rows = len(constraint.lower)
         assert np.all(constraint.lower <= constraint.upper)

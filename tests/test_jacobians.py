@@ -5,7 +5,6 @@ import pytest
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from walks import BACKPACK, central_difference, near_walk, scenario
 
-from human_gait.constraints import paper_constraints
 from human_gait.program import COST_SCALE, build_program
 
 SCENARIOS = {
@@ -23,9 +22,7 @@ SCENARIOS = {
     ),
 }
 NAMES = [
-    constraint.name
-    for program in [build_program(SCENARIOS["normal"])]
-    for constraint in paper_constraints(program.scenario, program._walker.plan, program.times)
+    constraint.name for constraint in build_program(SCENARIOS["normal"]).with_friction().constraints
 ]
 TOLERANCE = 1e-6  # of the largest slope: rounding leaves about 1e-10 of the values over 1e-6
 
@@ -34,7 +31,7 @@ class Problem:
     """A program, a point near a walk and directions that move every control point."""
 
     def __init__(self, task):
-        self.program = build_program(task)
+        self.program = build_program(task).with_friction()
         self.free, self.unit = near_walk(self.program), self.program.unit
         self.variables = self.free / self.unit
         self.directions = self._directions()

@@ -23,7 +23,7 @@ def solves(monkeypatch):
 
 
 class Solves:
-    """Answers in turn 'walk', 'feasible', 'failed', 'rejected' (by a check), 'interrupted'."""
+    """Answers in turn: walk, feasible, failed, rejected (by a check), slips, interrupted."""
 
     def __init__(self, monkeypatch):
         self.asked, self.answers, self.cost = [], [], 100.0
@@ -38,18 +38,20 @@ class Solves:
         self.asked.append((program, solver, start, given))
         self.cost -= 1.0
         violations = program.violations(program.guess())[:1]
-        value = 0.0 if answer in ("walk", "feasible", "rejected") else 1.0
+        value = 0.0 if answer in ("walk", "feasible", "rejected", "slips") else 1.0
         violations = [dataclasses.replace(violations[0], value=value)]
-        done = answer in ("walk", "rejected")
+        done = answer in ("walk", "rejected", "slips")
         gait = program.gait(program.guess(), answer=answer)
         numbers = (1, 1, self.cost, 0.5, violations)
         return Solution(gait, done, answer == "interrupted", solver, answer, *numbers)
 
     @staticmethod
     def verify(gait):
-        check = room.Check("a claim", "m", 0.0, 1.0, 0.0)
-        rejected = gait.solution["answer"] == "rejected"
-        return [dataclasses.replace(check, value=2.0) if rejected else check]
+        answer = gait.solution["answer"]
+        name = room.FRICTION[1] if answer == "slips" else "a claim"
+        check = room.Check(name, "m", 0.0, 1.0, 0.0)
+        wrong = answer in ("rejected", "slips")
+        return [dataclasses.replace(check, value=2.0) if wrong else check]
 
 
 def starts(attempts):
@@ -92,6 +94,16 @@ def test_what_ends_feasible_is_taken_up_again_where_it_ended(solves):
     attempts = climb(PROGRAM)
     assert starts(attempts) == [OWN_GUESS, f"{OWN_GUESS}, taken up again"]
     np.testing.assert_array_equal(solves.asked[1][2], PROGRAM.guess())
+
+
+def test_a_walk_that_slips_is_taken_up_with_friction(solves):
+    solves.answers = ["slips", "walk"]
+    attempts = climb(PROGRAM)
+    assert starts(attempts) == [OWN_GUESS, f"{OWN_GUESS}, held by friction"]
+    assert [attempt.program.friction for attempt in attempts] == [False, True]
+    names = {constraint.name for constraint in attempts[1].program.constraints}
+    assert names >= {"sliding friction", "turning friction"}
+    assert attempts[1].success
 
 
 def test_a_given_start_is_the_only_one(solves):

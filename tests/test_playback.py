@@ -80,6 +80,18 @@ def test_the_browser_gets_the_page_from_this_computer_only(monkeypatch):
     assert own_part(got[0]) == own_part(playback_page(guessed_gait(), 1, 1))
 
 
+def test_only_this_computer_is_listened_to_unless_told_otherwise():
+    with playback._page_server("page") as server:
+        assert server.server_address[0] == "127.0.0.1"
+    with playback._page_server("page", "0.0.0.0") as server:
+        assert server.server_address[0] == "0.0.0.0"
+
+
+def test_an_address_of_another_computer_is_refused():
+    with pytest.raises(OSError, match="address"):
+        play(guessed_gait(), strides=1, host="192.0.2.1")
+
+
 def test_two_walks_can_be_shown_at_once():
     with playback._page_server("one") as first, playback._page_server("two") as second:
         assert first.server_port != second.server_port
