@@ -127,7 +127,8 @@ def climb(
     attempts: list[Attempt] = []
     try:
         for name, run in rungs:
-            attempts += _taken(program, name, run, tell)
+            for attempt in _taken(program, name, run, tell):
+                attempts.append(attempt)  # at once: an interruption of the next one keeps it
             if attempts[-1].success or attempts[-1].solution.interrupted:
                 break
     except KeyboardInterrupt:
@@ -171,16 +172,15 @@ def _rungs(
 
 def _taken(
     program: GaitProgram, name: str, run: Run, tell: Callable[[str], Tell | None]
-) -> list[Attempt]:
-    """Return an attempt and, where that may help, others that start from its end."""
-    attempts = [_attempt(program, name, run, tell)]
-    unfinished = attempts[0].feasible and not attempts[0].solution.converged
-    if unfinished and not attempts[0].solution.interrupted:
-        attempts.append(_again(program, f"{name}, taken up again", attempts[0], tell))
-    if attempts[-1].slips and not attempts[-1].solution.interrupted:
-        held = program.with_friction()
-        attempts.append(_again(held, f"{name}, held by friction", attempts[-1], tell))
-    return attempts
+) -> Iterator[Attempt]:
+    """Yield an attempt and, where that may help, others that start from its end."""
+    attempt = _attempt(program, name, run, tell)
+    yield attempt
+    if attempt.feasible and not (attempt.solution.converged or attempt.solution.interrupted):
+        attempt = _again(program, f"{name}, taken up again", attempt, tell)
+        yield attempt
+    if attempt.slips and not attempt.solution.interrupted:
+        yield _again(program.with_friction(), f"{name}, held by friction", attempt, tell)
 
 
 def _again(

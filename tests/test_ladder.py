@@ -137,6 +137,19 @@ def test_ctrl_c_before_anything_is_there_stops_like_any_program(monkeypatch):
         climb(PROGRAM)
 
 
+def test_ctrl_c_in_what_follows_an_attempt_keeps_the_attempt(solves, monkeypatch):
+    solves.answers = ["feasible"]
+    answer = solves.solve
+
+    def solve(*given, **named):
+        if not solves.answers:
+            raise KeyboardInterrupt
+        return answer(*given, **named)
+
+    monkeypatch.setattr(room, "solve", solve)
+    assert starts(climb(PROGRAM)) == [OWN_GUESS]
+
+
 def test_the_continuation_goes_from_comfortable_to_what_is_asked_for(solves):
     solves.answers = ["failed"] * 3
     climb(PROGRAM)
