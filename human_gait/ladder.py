@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 
 import numpy as np
 import numpy.typing as npt
@@ -126,10 +127,9 @@ def climb(
         rungs = iter([(GIVEN, partial(solve, program, solver, start))])
     attempts: list[Attempt] = []
     try:
-        for name, run in rungs:
-            for attempt in _taken(program, name, run, tell):
-                attempts.append(attempt)  # at once: an interruption of the next one keeps it
-            if attempts[-1].success or attempts[-1].solution.interrupted:
+        for attempt in chain.from_iterable(_taken(program, *rung, tell) for rung in rungs):
+            attempts.append(attempt)
+            if attempt.success or attempt.solution.interrupted:
                 break
     except KeyboardInterrupt:
         if not attempts:
@@ -176,10 +176,10 @@ def _taken(
     """Yield an attempt and, where that may help, others that start from its end."""
     attempt = _attempt(program, name, run, tell)
     yield attempt
-    if attempt.feasible and not (attempt.solution.converged or attempt.solution.interrupted):
+    if attempt.feasible and not attempt.solution.converged:
         attempt = _again(program, f"{name}, taken up again", attempt, tell)
         yield attempt
-    if attempt.slips and not attempt.solution.interrupted:
+    if attempt.slips:
         yield _again(program.with_friction(), f"{name}, held by friction", attempt, tell)
 
 

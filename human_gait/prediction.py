@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -277,12 +277,14 @@ def _write(folder: Path, gait: Gait, summary: dict[str, Any], explanation: dict[
 
 
 def _check_table(checks: list[Check]) -> Table:
-    table = Table(title="The walk on a grid ten times finer", title_justify="left")
-    for column, side in (("check", "left"), ("found", "right"), ("limit", "right"), ("", "left")):
-        table.add_column(column, justify=side)  # type: ignore[arg-type]
+    table = Table(box=None, padding=(0, 1, 0, 0), title="The walk, on a grid ten times finer")
+    table.title_justify = "left"
+    for column in ("check", "found", "limit", "unit", "t [s]", ""):
+        side: Literal["left", "right"] = "right" if column in ("found", "limit") else "left"
+        table.add_column(column, justify=side, no_wrap=True)
     for check in checks:
-        found, limit = f"{check.value:.1e} {check.unit}", f"{check.limit:.0e}"
-        table.add_row(check.name, found, limit, "ok" if check.passed else "FAILED")
+        found, limit, at = f"{check.value:.2g}", f"{check.limit:g}", f"{check.time:.3f}"
+        table.add_row(check.name, found, limit, check.unit, at, "ok" if check.passed else "FAILED")
     return table
 
 

@@ -167,7 +167,7 @@ def _next_step(gait: Gait, now: Samples, drake: DrakeEngine) -> Check:
     second = onward(now, np.ones(len(now.t), dtype=int), gait.step_length)
     motion = (second.q, second.v, second.a)
     return _torques(
-        "torques of the next step off Drake's", second, drake.torques(motion, _loads(gait, second))
+        "next step's torques off Drake's", second, drake.torques(motion, _loads(gait, second))
     )
 
 
@@ -187,7 +187,7 @@ def _momentum(gait: Gait, now: Samples, found: Mechanics) -> Check:
     off = np.abs(found.momentum[-1] - found.momentum[0] - given) / scale
     return Check(
         "momentum off the impulse",
-        "of weight x step time",
+        "of weight x T",
         float(off.max()),
         1e-3,
         float(now.t[-1]),
