@@ -279,7 +279,7 @@ def _write(folder: Path, gait: Gait, summary: dict[str, Any], explanation: dict[
 def _check_table(checks: list[Check]) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), title="The walk, on a grid ten times finer")
     table.title_justify = "left"
-    for column in ("check", "found", "limit", "unit", "t [s]", ""):
+    for column in ("check", "found", "limit", "unit", r"t \[s]", ""):
         side: Literal["left", "right"] = "right" if column in ("found", "limit") else "left"
         table.add_column(column, justify=side, no_wrap=True)
     for check in checks:
