@@ -2,11 +2,12 @@
 
     python benchmarks/robustness.py [--out DIR] [--workers N] [--first N]
 
-Solves a fixed design of 208 walks: speed 0.6 to 1.8 m/s, step 0.4 to 0.9 m, load 0 to 30 kg,
+Solves a fixed design of 200 walks: speed 0.6 to 1.8 m/s, step 0.4 to 0.9 m, load 0 to 30 kg,
 stature 1.50 to 1.95 m, mass 45 to 110 kg (a Sobol sequence in these five), women and men in turn,
 each from a first guess that is disturbed at random. Steps that the legs cannot span are left out.
 One process per core; a walk with a line in DIR/results.jsonl is not solved again. Prints success,
-processor time and starts by region, every miss with its diagnosis; writes DIR/robustness.json.
+processor time and starts by region, every miss with its diagnosis; writes DIR/robustness.json and
+DIR/robustness.png.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 from rich.table import Table
@@ -33,7 +35,7 @@ from human_gait.ladder import best, climb, disturbed
 from human_gait.program import build_program
 from human_gait.scenario import Scenario
 
-SIZE = 208
+SIZE = 200
 LOWEST = {"speed": 0.6, "step_length": 0.4, "load": 0.0, "stature": 1.50, "mass": 45.0}
 HIGHEST = {"speed": 1.8, "step_length": 0.9, "load": 30.0, "stature": 1.95, "mass": 110.0}
 UNITS = {"speed": "m/s", "step_length": "m", "load": "kg", "stature": "m", "mass": "kg"}
@@ -141,6 +143,28 @@ def summary(part: list[dict[str, Any]]) -> dict[str, float]:
     }
 
 
+def picture(results: list[dict[str, Any]]) -> Figure:
+    """Return a figure of all walks by speed and step: how long each took and how it was found."""
+    figure = Figure(figsize=(6.4, 4.4), layout="constrained")
+    ax = figure.subplots()
+    kinds = {
+        "at the first attempt": [one for one in results if one["success"] and one["starts"] == 1],
+        "after more attempts": [one for one in results if one["success"] and one["starts"] > 1],
+        "not found": [one for one in results if not one["success"]],
+    }
+    longest = max(one["seconds"] for one in results)
+    for (kind, members), marker in zip(kinds.items(), "oDX", strict=True):
+        at = [[one[name] for one in members] for name in ("speed", "step_length", "seconds")]
+        style = {"marker": marker, "cmap": "viridis_r", "edgecolors": "0.3", "linewidths": 0.5}
+        dots = ax.scatter(
+            at[0], at[1], c=at[2], label=f"{kind}: {len(members)}", vmin=0, vmax=longest, **style
+        )
+    figure.colorbar(dots, label="processor time [s]")
+    ax.set(xlabel="speed [m/s]", ylabel="step length [m]")
+    figure.legend(loc="outside upper center", ncols=3, frameon=False)
+    return figure
+
+
 def main() -> None:
     """Solve, print and write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -165,6 +189,7 @@ def main() -> None:
         console.print(one, soft_wrap=True)
     text = json.dumps({"regions": found, "misses": misses}, indent=2)
     (options.out / "robustness.json").write_text(text + "\n", encoding="utf-8")
+    picture(results).savefig(options.out / "robustness.png", dpi=150)
 
 
 if __name__ == "__main__":

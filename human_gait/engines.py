@@ -40,15 +40,6 @@ class Engine(Protocol):
         """Return the joint torques (K, 55), [N m] and [N], of K instants under loads."""
 
 
-def make_engines(body: Body) -> dict[str, Engine]:
-    """Return the three engines by name."""
-    return {
-        "Pinocchio": PinocchioEngine(body),
-        "Drake": DrakeEngine(body),
-        "the recursion": RecursionEngine(body),
-    }
-
-
 class RecursionEngine:
     """The paper's recursion on the DH table, Eqs. (5)-(13)."""
 

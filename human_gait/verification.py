@@ -18,7 +18,7 @@ from human_gait.constraints import joint_limits
 from human_gait.contact_plan import LEFT, ContactPlan
 from human_gait.dh import frames
 from human_gait.dynamics import FOOT_LINKS
-from human_gait.engines import DrakeEngine, Mechanics, make_engines
+from human_gait.engines import DrakeEngine, Engine, Mechanics, PinocchioEngine, RecursionEngine
 from human_gait.gait import Gait, Samples, onward
 from human_gait.gait_file import Record, carried_mass
 from human_gait.passive import PassiveJoints
@@ -139,11 +139,13 @@ def _dynamics(record: Record) -> list[Check]:
     """Forces and torques of the file are those that the motion takes, and balance."""
     gait, now = record.gait, record.samples
     loads, motion = _loads(gait, now), (now.q, now.v, now.a)
-    engines = make_engines(gait.body)
+    drake = DrakeEngine(gait.body)
+    engines: dict[str, Engine] = {
+        "Pinocchio": PinocchioEngine(gait.body),
+        "Drake": drake,
+        "the recursion": RecursionEngine(gait.body),
+    }
     torques = {name: engine.torques(motion, loads) for name, engine in engines.items()}
-    drake = engines["Drake"]
-    if not isinstance(drake, DrakeEngine):
-        raise TypeError("the engine called Drake is not Drake's")
     found = drake.mechanics(motion, loads)
     return [
         *(_torques(f"torques off {name}'s", now, tau) for name, tau in torques.items()),
