@@ -6,8 +6,8 @@ Solves a fixed design of 200 walks: speed 0.6 to 1.8 m/s, step 0.4 to 0.9 m, loa
 stature 1.50 to 1.95 m, mass 45 to 110 kg (a Sobol sequence in these five), women and men in turn,
 each from a first guess that is disturbed at random. Steps that the legs cannot span are left out.
 One process per core; a walk with a line in DIR/results.jsonl is not solved again. Prints success,
-processor time and starts by region, every miss with its diagnosis; writes DIR/robustness.json and
-DIR/robustness.png.
+processor time and starts by region, every miss with its diagnosis; writes DIR/robustness.json,
+DIR/robustness.png and every walk, for ``human-gait verify DIR/000`` and so on.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from scipy.stats import qmc
 
 from human_gait.diagnosis import suggestions
 from human_gait.exceptions import ScenarioError
+from human_gait.gait_file import save_gait
 from human_gait.ladder import best, climb, disturbed
 from human_gait.program import build_program
 from human_gait.scenario import Scenario
@@ -62,13 +63,16 @@ def design(size: int = SIZE) -> list[Scenario]:
     return walks[:size]
 
 
-def solved(number: int) -> dict[str, Any]:
-    """Return what became of one walk of the design."""
+def solved(number: int, folder: Path) -> dict[str, Any]:
+    """Return what became of one walk of the design, and keep it in a folder of its own."""
     scenario, began = design()[number], time.process_time()
     program = build_program(scenario)
     guess = disturbed(program, np.random.default_rng(number))
     attempts = climb(program, seed=number, guess=guess)
     kept = best(attempts)
+    place = folder / f"{number:03d}"
+    place.mkdir(exist_ok=True)
+    save_gait(kept.solution.gait, place)
     failed = [check for check in kept.checks if not check.passed]
     violated = [v for v in kept.solution.violations if v.value > 1e-4]
     tries = [] if kept.success else suggestions(kept.program, kept.solution, kept.checks)
@@ -99,8 +103,10 @@ def run(numbers: list[int], folder: Path, workers: int) -> list[dict[str, Any]]:
     """Return the results of some walks in the order of their numbers, those of before included."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "results.jsonl"
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    results = {one["number"]: one for one in map(json.loads, lines)}
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    whole = text[: text.rfind("\n") + 1]  # a run that was killed leaves half a line
+    path.write_text(whole, encoding="utf-8")
+    results = {one["number"]: one for one in map(json.loads, whole.splitlines())}
     missing = [number for number in numbers if number not in results]
     bar = Progress(BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), "{task.description}")
     for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
@@ -108,7 +114,7 @@ def run(numbers: list[int], folder: Path, workers: int) -> list[dict[str, Any]]:
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
     with bar, pool, path.open("a", encoding="utf-8") as file:
         task = bar.add_task("", total=len(numbers), completed=len(numbers) - len(missing))
-        for done in as_completed([pool.submit(solved, number) for number in missing]):
+        for done in as_completed([pool.submit(solved, number, folder) for number in missing]):
             one = done.result()
             results[one["number"]] = one
             file.write(json.dumps(one) + "\n")
@@ -170,7 +176,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("out/robustness"))
     parser.add_argument("--workers", type=int, default=os.cpu_count())
-    parser.add_argument("--first", type=int, default=SIZE, help="only so many walks")
+    parser.add_argument("--first", type=int, default=SIZE, choices=range(1, SIZE + 1), metavar="N")
     options = parser.parse_args()
     results = run(list(range(options.first)), options.out, options.workers)
     table = Table(title="Walks found", title_justify="left")

@@ -33,6 +33,15 @@ _CONSTRAINED = (  # checks of what the constraints demand at their instants
     "depth below the ground",
     "ZMP outside the foot support region",
     "pressure outside its foot",
+    "speed of standing points",
+    "foot sliding while it stands",
+    "pelvis off the walking speed",
+    "arms swinging with the legs",
+)
+_NEEDS_TIES = (
+    "velocity not periodic",
+    "mean vertical force against weight",
+    "momentum off the impulse",
 )
 _PART = 0.3  # of the largest partial of a row: what can move it
 
@@ -138,6 +147,7 @@ def suggestions(program: GaitProgram, solution: Solution, checks: list[Check]) -
     if broken:
         found += _held(program, solution, broken[0]) if not any(_knee(scenario)) else []
         found += _resolution(program, broken[0])
+    found += [*_periodicity(scenario, failed), *_passing(scenario, failed)]
     found += _between(program, solution, failed)
     found += _friction(program, failed) if not found else []
     if broken and not found:
@@ -164,20 +174,21 @@ def _knee(scenario: Scenario) -> Iterator[Suggestion]:
 def _pace(scenario: Scenario) -> Iterator[Suggestion]:
     """Find a speed or a cadence that people do not walk at."""
     speed, step, leg = scenario.walk.speed, scenario.walk.step_length, scenario.subject.leg_length
-    run = float(np.sqrt(FROUDE * GRAVITY * leg))
-    if speed > run:
+    run, cadence = float(np.sqrt(FROUDE * GRAVITY * leg)), 60.0 * speed / step
+    bound = CADENCE[1] if cadence > CADENCE[0] else CADENCE[0]
+    allowed = bound * step / 60.0
+    if speed > run and not (cadence > CADENCE[1] and allowed < run):
         because = f"on legs of {leg:.2f} m people run at {speed:g} m/s, they walk up to {run:.1f}"
         yield Suggestion("walk.speed", f"at most {run:.1f}", because)
-    cadence = 60.0 * speed / step
     if CADENCE[0] <= cadence <= CADENCE[1]:
         return
-    bound = CADENCE[1] if cadence > CADENCE[1] else CADENCE[0]
-    side = "at most" if cadence > CADENCE[1] else "at least"
-    because = (
-        f"{speed:g} m/s with steps of {step:g} m are {cadence:.0f} steps/min; "
-        f"people take {CADENCE[0]:.0f} to {CADENCE[1]:.0f}"
-    )
-    yield Suggestion("walk.speed", f"{side} {bound * step / 60.0:.2f} with this step", because)
+    if cadence < CADENCE[0] or speed <= run or allowed < run:
+        side = "at most" if cadence > CADENCE[1] else "at least"
+        because = (
+            f"{speed:g} m/s with steps of {step:g} m are {cadence:.0f} steps/min; "
+            f"people take {CADENCE[0]:.0f} to {CADENCE[1]:.0f}"
+        )
+        yield Suggestion("walk.speed", f"{side} {allowed:.2f} with this step", because)
     usual = float(np.sqrt(60.0 * WALK_RATIO * speed))
     if usual <= LONG_STEP * leg:
         yield Suggestion("walk.step_length", f"{usual:.2f}, usual at this speed", because)
@@ -266,7 +277,27 @@ def _between(program: GaitProgram, solution: Solution, failed: list[Check]) -> I
         return
     grid = program.scenario.discretisation
     because = f"kept at {len(program.times)} instants, not between them: {names}"
-    yield Suggestion("discretisation.intervals", f"{2 * grid.intervals}", because)
+    most = int(grid.rule("intervals")["range"][1])
+    if grid.intervals < most:
+        yield Suggestion("discretisation.intervals", f"{min(2 * grid.intervals, most)}", because)
+
+
+def _periodicity(scenario: Scenario, failed: list[Check]) -> Iterator[Suggestion]:
+    """Find a walk that jumps from step to step: what is not tied is not kept."""
+    now = scenario.discretisation.periodicity
+    names = [check.name for check in failed if check.name in _NEEDS_TIES]
+    if now == "position" and names:
+        because = f"postures alone are tied now: {', '.join(names)}"
+        yield Suggestion("discretisation.periodicity", "velocity", because)
+
+
+def _passing(scenario: Scenario, failed: list[Check]) -> Iterator[Suggestion]:
+    """Find feet that are allowed to pass through each other."""
+    usual, now = type(scenario.tolerances)().feet_apart, scenario.tolerances.feet_apart
+    for check in failed:
+        if check.name == "feet too close in passing" and now < usual:
+            because = f"now {now:g} m: feet come closer by {amount(check.value, check.unit)}"
+            yield Suggestion("tolerances.feet_apart", f"{usual:g} m", because)
 
 
 def _friction(program: GaitProgram, failed: list[Check]) -> Iterator[Suggestion]:
@@ -277,7 +308,7 @@ def _friction(program: GaitProgram, failed: list[Check]) -> Iterator[Suggestion]
             because = f"{check.value:.2f} of friction is needed, the floor gives {check.limit:g}"
             now = scenario.walk.step_length
             yield Suggestion("walk.step_length", f"shorter than {now:g} m", because)
-            yield Suggestion("ground.friction", f"a floor of more than {check.limit:g}", because)
+            yield Suggestion("ground.friction", f"at least {check.value:.2f}", because)
 
 
 def _relaxed(worst: Violation, scenario: Scenario) -> list[Suggestion]:

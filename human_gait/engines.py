@@ -96,7 +96,7 @@ class Mechanics:
 
     Attributes
     ----------
-    points : (K, 2, 4, 3) array, [m]
+    points, velocities : (K, 2, 4, 3) array, [m], [m/s]
         Contact points of the right and of the left foot.
     energy : (K,) array, [J]
         Kinetic and potential.
@@ -109,6 +109,7 @@ class Mechanics:
     """
 
     points: FloatArray
+    velocities: FloatArray
     energy: FloatArray
     momentum: FloatArray
     wrench: FloatArray
@@ -145,10 +146,11 @@ class DrakeEngine:
             self._move(q, v)
             energy = plant.CalcKineticEnergy(context) + plant.CalcPotentialEnergy(context)
             momentum = plant.CalcSpatialMomentumInWorldAboutPoint(context, np.zeros(3))
-            points = np.stack([self._contact_points(f) for f in range(2)])
+            feet = np.stack([self._contact_points(f) for f in range(2)])
             power = sum(self._power(load, k) for load in loads)
             wrench = self._gravity() + sum(self._wrench(load, k) for load in loads)
-            instants.append((points, energy, momentum.get_coeffs(), wrench, power))
+            points, velocities = feet[:, :, 0], feet[:, :, 1]
+            instants.append((points, velocities, energy, momentum.get_coeffs(), wrench, power))
         return Mechanics(*(np.array(parts) for parts in zip(*instants, strict=True)))
 
     def _move(self, q: FloatArray, v: FloatArray) -> None:
@@ -156,14 +158,19 @@ class DrakeEngine:
         self.plant.SetVelocities(self._context, v)
 
     def _contact_points(self, f: int) -> FloatArray:
-        """Return the contact points (4, 3) of a foot in the world."""
-        contact = self._body.contact
-        return np.array(
-            [
-                self._pose(link).multiply(point)
-                for link, point in zip(contact.links[f], contact.points[f], strict=True)
-            ]
-        )
+        """Return place and velocity (4, 2, 3) of the contact points of a foot in the world."""
+        contact, found = self._body.contact, []
+        for link, point in zip(contact.links[f], contact.points[f], strict=True):
+            place = self._pose(link).multiply(point)
+            found.append((place, self._velocity(link, place)))
+        return np.array(found)
+
+    def _velocity(self, link: int, place: FloatArray) -> FloatArray:
+        """Return the velocity (3,) of the point of a link that is at a place in the world."""
+        body = self._links[link]
+        origin = self.plant.EvalBodyPoseInWorld(self._context, body).translation()
+        moving = self.plant.EvalBodySpatialVelocityInWorld(self._context, body)
+        return np.asarray(moving.translational() + np.cross(moving.rotational(), place - origin))
 
     def _pose(self, link: int) -> Any:
         return self._dh_frames[link].CalcPoseInWorld(self._context)
@@ -191,8 +198,8 @@ class DrakeEngine:
         return np.concatenate([moment, load.force[k]])
 
     def _power(self, load: ExternalLoad, k: int) -> float:
+        velocity = self._velocity(load.link, self._pose(load.link).multiply(load.point[k]))
         moving = self.plant.EvalBodySpatialVelocityInWorld(self._context, self._links[load.link])
-        velocity = moving.translational() + np.cross(moving.rotational(), self._arm(load, k))
         return float(load.force[k] @ velocity + load.moment[k] @ moving.rotational())
 
 

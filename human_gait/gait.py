@@ -112,9 +112,9 @@ class Gait:
 
     @property
     def fine_times(self) -> FloatArray:
-        """A grid from 0 to T, ``REFINEMENT`` times finer than the constrained one, [s]."""
+        """A grid from 0 to T, ``REFINEMENT`` times finer than instants and pieces, [s]."""
         grid = self.scenario.discretisation
-        n = REFINEMENT * grid.intervals * grid.dynamics_per_interval
+        n = REFINEMENT * max(grid.intervals * grid.dynamics_per_interval, self.basis.n_pieces)
         return np.linspace(0.0, self.step_time, n + 1)
 
     @cached_property

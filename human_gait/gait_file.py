@@ -35,7 +35,7 @@ yaw_moment, toe_share (of force and moment) and points (heel, ball_medial, ball_
 footholds: where these points stand. mass: of the 55 links, the load with the thorax.
 scenario and solution are JSON."""
 _FARTHEST = 25.0  # [rad] or [m], more than joints can be allowed
-_CLOSEST = 1e-3  # of the step
+_CLOSEST = 5e-3  # of the step: two samples or more to every piece
 _LARGEST = 2**28  # bytes: the finest grid that can be asked for takes 80 MB
 _PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _SHAPES: dict[str, tuple[int, ...]] = {  # of the samples of one instant
@@ -97,8 +97,7 @@ def save_gait(gait: Gait, folder: Path) -> None:
     """Write a gait, and its samples for readers without this package, to ``gait.npz``."""
     record = make_record(gait)
     arrays = {item.name: getattr(record.samples, item.name) for item in fields(Samples)}
-    temporary = folder / f".{FILE}.tmp"
-    with temporary.open("wb") as file:
+    with (folder / FILE).open("wb") as file:
         np.savez_compressed(
             file,
             format=FORMAT,
@@ -113,7 +112,6 @@ def save_gait(gait: Gait, folder: Path) -> None:
             footholds=record.footholds,
             **arrays,
         )
-    temporary.replace(folder / FILE)
 
 
 def load_gait(folder: str | Path) -> Gait:
@@ -141,6 +139,8 @@ def load_record(folder: str | Path) -> Record:
             _check_archive(stream)
             with np.load(stream, allow_pickle=False) as file:
                 return _restored(file)
+    except KeyError as error:
+        raise ResultError(f"{path}: not a gait that can be read: {error.args[0]}") from None
     except _UNREADABLE as error:
         raise ResultError(f"{path}: not a gait that can be read: {error}") from None
 
@@ -179,6 +179,8 @@ def _gait(file: Mapping[str, Any]) -> Gait:
     if breaks.ndim != 1 or not np.allclose(breaks[[0, -1]], [0.0, T], rtol=0.0, atol=1e-9 * T):
         raise ValueError(f"breaks do not go from 0 to the step time {T:g} s")
     fewest = DEGREE if scenario.discretisation.mirrored else 1
+    if len(breaks) + 2 != scenario.discretisation.control_points:
+        raise ValueError(f"breaks of shape {breaks.shape} do not fit the control points asked for")
     if len(breaks) <= fewest or np.any(np.diff(breaks) < _CLOSEST * T):
         raise ValueError("breaks are too few, too close or do not increase")
     if control_points.shape != (len(breaks) + 2, N_DOF):

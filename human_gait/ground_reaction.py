@@ -146,6 +146,12 @@ def _foot_wrench(pressure: Jet, R: Jet, yaw_moment: Jet, share: Jet, h: Jet) -> 
     return stack([*(force[:, i] for i in range(3)), moment[:, 0], turned, moment[:, 2]])
 
 
+def share_on_toes(ahead: FloatArray) -> FloatArray:
+    """Return the share of a foot's load on its toes, by the pressure ahead of the ball [m]."""
+    start, end = _TOE_BLEND
+    return _step((ahead - start) / (end - start))
+
+
 def _toe_share(ahead: Jet) -> Jet:
     start, end = _TOE_BLEND
     return ((ahead - start) / (end - start)).map(_step, _step_slope)

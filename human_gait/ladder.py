@@ -44,6 +44,7 @@ _PATHS = {
 }
 _STRIDES = (0.0, 0.5, 1.0)  # of the way from comfortable walking to the walk that is asked for
 _COMFORTABLE_SPEED, _COMFORTABLE_STEP = 0.4, 0.71  # of sqrt(g l) and of l, the length of the leg
+_SPENT = ("iterations", "evaluations", "wall_time")
 _RANDOM_STARTS = 2
 _DISTURBANCE = 0.1  # standard deviation of every control point, [rad] or [m]
 
@@ -200,6 +201,7 @@ def _attempt(
 def _continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> Solution:
     """Solve walks on the way from comfortable walking; each is the guess of the next."""
     guess, step_length = None, 0.0
+    spent: list[Solution] = []
     for share in _STRIDES:
         task = on_the_way(program.scenario, share)
         stride = program if share == 1.0 else build_program(task, dynamics=program.dynamics)
@@ -208,8 +210,10 @@ def _continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> S
         solution = solve(stride, solver, tell=tell, guess=guess)
         if solution.interrupted and share < 1.0:
             raise KeyboardInterrupt  # another walk is nothing to keep
+        spent.append(solution)
         guess, step_length = free_points(solution.gait), task.walk.step_length
-    return solution
+    total = {name: sum(getattr(one, name) for one in spent) for name in _SPENT}
+    return replace(solution, **total)
 
 
 def on_the_way(scenario: Scenario, share: float) -> Scenario:

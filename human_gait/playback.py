@@ -6,6 +6,7 @@ The page holds MeshCat's viewer and the commands of the scene, in their order.
 from __future__ import annotations
 
 import contextlib
+import errno
 import html
 import os
 import sys
@@ -18,6 +19,7 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
+from human_gait.exceptions import ResultError
 from human_gait.scene import COLOURS, scene_commands
 
 if TYPE_CHECKING:
@@ -51,7 +53,7 @@ def play(gait: Gait, strides: int | None = None, host: str = LOOPBACK) -> None:
     ------
     ValueError
         If `strides` is less than 1.
-    OSError
+    ResultError
         If this computer has no such address.
     """
     if strides is not None and strides < 1:
@@ -110,6 +112,15 @@ def _caption(gait: Gait) -> str:
     return f"{walk.speed:g} m/s, step {walk.step_length:g} m; {person}{carried}"
 
 
+def _listening(host: str, handler: type[BaseHTTPRequestHandler]) -> ThreadingHTTPServer:
+    if not host:
+        raise OSError(errno.EINVAL, "it is empty")
+    try:
+        return ThreadingHTTPServer((host, PORT), handler)
+    except OSError:
+        return ThreadingHTTPServer((host, 0), handler)
+
+
 @contextlib.contextmanager
 def _page_server(page: str, host: str = LOOPBACK) -> Iterator[ThreadingHTTPServer]:
     """Serve one page, by default to this computer only."""
@@ -127,8 +138,9 @@ def _page_server(page: str, host: str = LOOPBACK) -> Iterator[ThreadingHTTPServe
             """Keep the terminal quiet."""
 
     try:
-        server = ThreadingHTTPServer((host, PORT), Handler)
-    except OSError:
-        server = ThreadingHTTPServer((host, 0), Handler)
+        server = _listening(host, Handler)
+    except OSError as error:
+        message = f"--host = {host!r}: must be an address of this computer: {error.strerror}"
+        raise ResultError(message) from None
     with server:
         yield server

@@ -6,7 +6,7 @@ import json
 import platform
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
@@ -26,7 +26,7 @@ from human_gait.explanation import FILE as EXPLANATION
 from human_gait.explanation import diagnosis_text
 from human_gait.gait import Gait
 from human_gait.gait_cycle import save_gait_cycle
-from human_gait.gait_file import load_record, save_gait
+from human_gait.gait_file import FILE, load_record, save_gait
 from human_gait.influence import influences
 from human_gait.ladder import GIVEN, OWN_GUESS, Attempt, best, climb
 from human_gait.program import GaitProgram, build_program, refined_program
@@ -38,8 +38,13 @@ from human_gait.verification import Check, verify
 FloatArray = npt.NDArray[np.float64]
 
 SUMMARY, VERIFICATION = "summary.json", "verification.json"
-DERIVED = (VERIFICATION, "explanation.json", "compare.json", "compare.csv", "compare.png")
-"""What other commands make from a result; it goes when the result is replaced."""
+OURS = (
+    *(FILE, SUMMARY, EXPLANATION, VERIFICATION, "gait_cycle.csv", "playback.html"),
+    *("compare.json", "compare.csv", "compare.png", "stick_diagram.png", "zmp.png"),
+    *("joint_angles.png", "joint_torques.png", "ground_reaction.png"),
+    *(AGREEMENT, *SOLVERS),
+)
+"""Everything that a prediction, or a command about it, writes: it goes with the old result."""
 PACKAGES = ("human-gait", "drake", "pin", "numpy", "scipy")
 _LINE_EVERY = 25
 
@@ -116,7 +121,7 @@ def predict_by_all_solvers(scenario: Scenario, folder: Path, dynamics: str = "pi
     with _progress(console) as tell:
         start = posture(program, tell(OWN_GUESS))
     found = []
-    with replaced_folder(folder, (*DERIVED, AGREEMENT)) as new:
+    with replaced_folder(folder, OURS) as new:
         for name in SOLVERS:
             kept = _solve_to_folder(program, name, new / name, start, told=folder / name)
             if kept.solution.interrupted:
@@ -145,13 +150,12 @@ def _solve_to_folder(
     )
     with _progress(console) as tell:
         attempts = climb(program, solver, start, seed, tell)
-    kept = best(attempts)
-    summary = _summary(kept, attempts, seed)
-    _write(folder, kept.solution.gait, summary, _explanation(kept.program, kept.solution))
+    kept = _write(folder, best(attempts), attempts, seed)
     console.print(_check_table(kept.checks))
     console.print(_verdict(kept, attempts, told or folder))
     if not kept.success:
-        console.print(diagnosis_text(summary["diagnosis"]), soft_wrap=True, markup=False)
+        diagnosis = _diagnosis(kept.program, kept.solution, kept.checks)
+        console.print(diagnosis_text(diagnosis), soft_wrap=True, markup=False)
     return kept
 
 
@@ -165,12 +169,25 @@ def verify_folder(folder: Path) -> bool:
     ResultError
         If there is no gait that can be read.
     """
-    checks = verify(load_record(folder))
+    record = load_record(folder)
+    checks, console = verify(record), Console(highlight=False)
+    console.print(_asked_for(record.gait.scenario), markup=False)
+    console.print(_check_table(checks))
     found = json.dumps(_by_name(checks), indent=2)
     with whole_file(folder / VERIFICATION) as path:
         path.write_text(found + "\n", encoding="utf-8")
-    Console(highlight=False).print(_check_table(checks))
     return all(check.passed for check in checks)
+
+
+def _asked_for(scenario: Scenario) -> str:
+    """Return the claims that a walk is held against, in one line."""
+    walk, subject, limits = scenario.walk, scenario.subject, scenario.limits
+    own = [*limits.frozen, *(limited.name for limited in limits.ranges)]
+    return (
+        f"{scenario.name}: {walk.speed:g} m/s, step {walk.step_length:g} m; {subject.sex}, "
+        f"{subject.stature:g} m, {subject.mass:g} kg, load {scenario.load.mass:g} kg; "
+        f"friction {scenario.ground.friction:g}; joints with limits of their own: {len(own)}"
+    )
 
 
 @contextmanager
@@ -198,9 +215,10 @@ def _progress(console: Console) -> Iterator[Callable[[str], Callable[[Iterate], 
 
 def _line(now: Iterate) -> Text:
     worst = now.worst
+    equation = f" (Eq. {worst.equation})" if worst.equation else ""
     return Text(
         f"{now.stage:>8} {now.number:5d}  {now.elapsed:6.1f} s  cost {now.cost:10.1f} N2 m2 s  "
-        f"worst: {worst.name} (Eq. {worst.equation}) {worst.value:.1e} {worst.unit}"
+        f"worst: {worst.name}{equation} {worst.value:.1e} {worst.unit}"
     )
 
 
@@ -263,17 +281,25 @@ def _by_name(checks: list[Check]) -> dict[str, dict[str, Any]]:
     return {check.name: {**asdict(check), "passed": check.passed} for check in checks}
 
 
-def _write(folder: Path, gait: Gait, summary: dict[str, Any], explanation: dict[str, Any]) -> None:
+def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> Attempt:
+    """Write a result; return the attempt with the checks of the file that was written."""
     from human_gait.playback import save_playback  # noqa: PLC0415, half a second to import
     from human_gait.plots import save_plots  # noqa: PLC0415, the same
 
-    with replaced_folder(folder, DERIVED) as new:
+    gait = kept.solution.gait
+    with replaced_folder(folder, OURS) as new:
         save_gait(gait, new)
+        kept = replace(kept, checks=verify(load_record(new)))
+        contents = {
+            SUMMARY: _summary(kept, attempts, seed),
+            EXPLANATION: _explanation(kept.program, kept.solution),
+        }
+        for name, content in contents.items():
+            (new / name).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
         save_gait_cycle(gait, new / "gait_cycle.csv")
-        (new / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-        (new / EXPLANATION).write_text(json.dumps(explanation, indent=2) + "\n", encoding="utf-8")
         save_plots(gait, new)
         save_playback(gait, new / "playback.html")
+    return kept
 
 
 def _check_table(checks: list[Check]) -> Table:
@@ -284,12 +310,14 @@ def _check_table(checks: list[Check]) -> Table:
         table.add_column(column, justify=side, no_wrap=True)
     for check in checks:
         found, limit, at = f"{check.value:.2g}", f"{check.limit:g}", f"{check.time:.3f}"
-        table.add_row(check.name, found, limit, check.unit, at, "ok" if check.passed else "FAILED")
+        table.add_row(check.name, found, limit, check.unit, at, "ok" if check.passed else "FAIL")
     return table
 
 
 def _verdict(kept: Attempt, attempts: list[Attempt], folder: Path) -> str:
     solution, outcome = kept.solution, "found a walk" if kept.success else "found no walk"
+    if all(check.passed for check in kept.checks) and not kept.success:
+        outcome = "found a walk that is not the cheapest: it stopped before the optimum,"
     seconds = sum(attempt.solution.wall_time for attempt in attempts)
     starts = f", {len(attempts)} starts, kept: {kept.start}" if len(attempts) > 1 else ""
     return (

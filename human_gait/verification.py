@@ -1,9 +1,9 @@
-"""Is this gait a walk? Every claim of its file is checked anew, by engines that did not solve it.
+"""Is this gait a walk? Every claim of its file is checked anew, by three engines.
 
-The motion is that of the splines, on a grid ten times finer than the constrained one. Pinocchio,
-Drake and the paper's recursion each compute the torques that it takes under the forces of the file
-(`engines`); Drake tells what momentum and energy do meanwhile. How the optimiser found motion,
-forces and torques plays no part.
+The motion is that of the splines, on a grid at least ten times finer than the constrained one.
+Pinocchio, Drake and the paper's recursion each compute the torques that it takes under the forces
+of the file (`engines`); Drake, which no solve uses, also tells where the feet are and what momentum
+and energy do. How the optimiser found motion, forces and torques plays no part.
 """
 
 from __future__ import annotations
@@ -15,12 +15,13 @@ import numpy.typing as npt
 
 from human_gait.body import GRAVITY
 from human_gait.constraints import joint_limits
-from human_gait.contact_plan import LEFT, ContactPlan
+from human_gait.contact_plan import HEEL, LEFT, RIGHT, TOE, ContactPlan
 from human_gait.dh import frames
 from human_gait.dynamics import FOOT_LINKS
 from human_gait.engines import DrakeEngine, Engine, Mechanics, PinocchioEngine, RecursionEngine
 from human_gait.gait import Gait, Samples, onward
 from human_gait.gait_file import Record, carried_mass
+from human_gait.ground_reaction import share_on_toes
 from human_gait.passive import PassiveJoints
 from human_gait.recursive_lagrangian import ExternalLoad
 from human_gait.skeleton import DOF_NAMES, SEGMENTS, index, mirror
@@ -30,6 +31,8 @@ FloatArray = npt.NDArray[np.float64]
 FRICTION = ("friction needed against sliding", "friction needed against turning")
 """Names of the checks that depend on the floor."""
 
+_BETWEEN = 1.5  # what may be reached between the instants, of a tolerance at them
+_ANKLE_BREADTH = 0.06  # [m]
 _EQUAL = 1e-9  # numbers that are the same but for rounding
 _LOADED = 0.05  # of the weight
 
@@ -64,14 +67,15 @@ class Check:
 def verify(record: Record) -> list[Check]:
     """Return the checks of a gait: what its file says, the laws of motion, the ground, the walk."""
     gait, now = record.gait, record.samples
-    return [
-        *_file(record),
-        *_dynamics(record),
-        *_ground(gait.plan, now),
-        *_feet(record),
-        _joint_limits(gait, now),
-        *_periodicity(gait, now),
-    ]
+    with np.errstate(all="ignore"):  # absurd numbers of a file fail their checks
+        found = DrakeEngine(gait.body).mechanics((now.q, now.v, now.a), _loads(gait, now))
+        return [
+            *_file(record),
+            *_dynamics(record, found),
+            *_ground(gait.plan, now),
+            *_feet(record, found),
+            *_walk(gait, now),
+        ]
 
 
 def _worst(name: str, unit: str, limit: float, values: FloatArray, times: FloatArray) -> Check:
@@ -105,8 +109,6 @@ def _file(record: Record) -> list[Check]:
         _apart("accelerations off the splines", "rad/s2, m/s2", now.a, a, t),
         _apart("masses off the body", "of each", record.mass[None] / scale, mass / scale, start),
         _apart("footholds off the plan", "m", record.footholds[None], plan, start),
-        _apart("ZMP off that of the forces", "m", now.zmp, _zmp_of_forces(now), t),
-        _muscles(gait, now),
     ]
 
 
@@ -119,23 +121,10 @@ def _zmp_of_forces(now: Samples) -> FloatArray:
     return zmp
 
 
-def _muscles(gait: Gait, now: Samples) -> Check:
-    """Muscles give the joint torques, less what passive tissue gives where it is counted."""
-    passive = 0.0 * now.tau
-    if gait.scenario.objective.passive_torques == "tissue":
-        passive = PassiveJoints().torque(now.q, now.v).value
-    off = np.abs(now.active - (now.tau - passive)) / _peak(now)
-    return _worst("muscle torques off the torques", "of peak", _EQUAL, off, now.t)
-
-
-def _peak(now: Samples) -> float:
-    return max(float(np.abs(now.tau).max()), 1.0)
-
-
 # The laws of motion
 
 
-def _dynamics(record: Record) -> list[Check]:
+def _dynamics(record: Record, found: Mechanics) -> list[Check]:
     """Forces and torques of the file are those that the motion takes, and balance."""
     gait, now = record.gait, record.samples
     loads, motion = _loads(gait, now), (now.q, now.v, now.a)
@@ -146,31 +135,43 @@ def _dynamics(record: Record) -> list[Check]:
         "the recursion": RecursionEngine(gait.body),
     }
     torques = {name: engine.torques(motion, loads) for name, engine in engines.items()}
-    found = drake.mechanics(motion, loads)
+    peak = _peak(gait, torques["Drake"])
     return [
-        *(_torques(f"torques off {name}'s", now, tau) for name, tau in torques.items()),
-        _next_step(gait, now, drake),
+        *(_torques(f"torques off {name}'s", now, tau, peak) for name, tau in torques.items()),
+        _next_step(gait, now, drake, peak),
+        _muscles(gait, now, peak),
         _balance(gait, now, np.stack(list(torques.values()), axis=1)),
-        _apart("feet off Drake's", "m", now.points, found.points, now.t),
         _momentum(gait, now, found),
         _energy(now, found),
         _mean_force(gait, now),
     ]
 
 
-def _torques(name: str, now: Samples, torques: FloatArray) -> Check:
-    """The joint torques are those of an engine, Eq. (9)."""
-    off = np.abs(torques - now.tau)[:, 6:] / _peak(now)
-    return _worst(name, "of peak", _EQUAL, off, now.t)
+def _peak(gait: Gait, torques: FloatArray) -> float:
+    """Return the largest torque of an engine, but no more than a body can need, [N m]."""
+    most = gait.plan.weight * gait.body.subject.stature
+    return float(np.clip(np.nan_to_num(np.abs(torques[:, 6:]).max(), nan=most), 1.0, most))
 
 
-def _next_step(gait: Gait, now: Samples, drake: DrakeEngine) -> Check:
+def _torques(name: str, now: Samples, torques: FloatArray, peak: float) -> Check:
+    """The torques are those of an engine, Eq. (9)."""
+    return _worst(name, "of largest torque", _EQUAL, np.abs(torques - now.tau) / peak, now.t)
+
+
+def _muscles(gait: Gait, now: Samples, peak: float) -> Check:
+    """Muscles give the joint torques, less what passive tissue gives where it is counted."""
+    passive = 0.0 * now.tau
+    if gait.scenario.objective.passive_torques == "tissue":
+        passive = PassiveJoints().torque(now.q, now.v).value
+    off = np.abs(now.active - (now.tau - passive)) / peak
+    return _worst("muscle torques off the torques", "of largest torque", _EQUAL, off, now.t)
+
+
+def _next_step(gait: Gait, now: Samples, drake: DrakeEngine, peak: float) -> Check:
     """The mirror image of the step is a motion of the same body: the stride goes on, Eq. (26)."""
     second = onward(now, np.ones(len(now.t), dtype=int), gait.step_length)
-    motion = (second.q, second.v, second.a)
-    return _torques(
-        "next step's torques off Drake's", second, drake.torques(motion, _loads(gait, second))
-    )
+    torques = drake.torques((second.q, second.v, second.a), _loads(gait, second))
+    return _torques("next step's torques off Drake's", second, torques, peak)
 
 
 def _balance(gait: Gait, now: Samples, torques: FloatArray) -> Check:
@@ -178,7 +179,7 @@ def _balance(gait: Gait, now: Samples, torques: FloatArray) -> Check:
     weight = gait.plan.weight
     scale = np.array([weight] * 3 + [weight * gait.body.subject.stature] * 3)
     residual = np.abs(torques[..., :6]) / scale
-    return _worst("forces and moments left at the root", "of weight", 1e-6, residual, now.t)
+    return _worst("unbalanced force or moment", "of weight", 1e-6, residual, now.t)
 
 
 def _momentum(gait: Gait, now: Samples, found: Mechanics) -> Check:
@@ -187,13 +188,7 @@ def _momentum(gait: Gait, now: Samples, found: Mechanics) -> Check:
     weight = gait.plan.weight * gait.step_time
     scale = np.array([weight * gait.body.subject.stature] * 3 + [weight] * 3)
     off = np.abs(found.momentum[-1] - found.momentum[0] - given) / scale
-    return Check(
-        "momentum off the impulse",
-        "of weight x T",
-        float(off.max()),
-        1e-3,
-        float(now.t[-1]),
-    )
+    return _worst("momentum off the impulse", "of weight x T", 1e-3, off[None], now.t[-1:])
 
 
 def _energy(now: Samples, found: Mechanics) -> Check:
@@ -210,8 +205,8 @@ def _mean_force(gait: Gait, now: Samples) -> Check:
     """The ground carries the weight on average: a periodic walk neither rises nor falls."""
     vertical = now.grf[..., 1].sum(axis=1)
     mean = np.trapezoid(vertical, now.t) / gait.step_time
-    error = abs(mean / gait.plan.weight - 1.0)
-    return Check("mean vertical force against weight", "of weight", float(error), 1e-3, 0.0)
+    error = np.array([abs(mean / gait.plan.weight - 1.0)])
+    return _worst("mean vertical force against weight", "of weight", 1e-3, error, now.t[-1:])
 
 
 def _loads(gait: Gait, now: Samples) -> list[ExternalLoad]:
@@ -243,13 +238,41 @@ def _on_link(A: FloatArray, now: Samples, f: int, link: int, share: FloatArray) 
 
 def _ground(plan: ContactPlan, now: Samples) -> list[Check]:
     """The ground pushes where feet stand, and holds them by friction."""
+    height, of_forces = np.abs(now.cop[..., 1]), _zmp_of_forces(now)
     return [
+        _in_the_air(plan, now),
         _no_pull(plan, now),
+        _shared(plan, now),
+        _on_toes(plan, now),
+        _worst("pressure not on the ground", "m", _EQUAL, height, now.t),
+        _apart("ZMP off that of the forces", "m", now.zmp, of_forces, now.t),
         _zmp(plan, now),
         _pressure(plan, now),
         _friction(plan, now),
         _turning_friction(plan, now),
     ]
+
+
+def _in_the_air(plan: ContactPlan, now: Samples) -> Check:
+    """Nothing acts on a foot of which no part stands."""
+    acting = np.concatenate([now.grf, now.yaw_moment[..., None]], axis=-1)
+    acting = np.linalg.norm(acting, axis=-1) / plan.weight  # a metre for the moment's arm
+    flying = ~plan.contact(now.t).any(axis=-1)
+    return _worst("force on a foot in the air", "of weight", _EQUAL, acting * flying, now.t)
+
+
+def _shared(plan: ContactPlan, now: Samples) -> Check:
+    """The feet share the vertical moment as they share the vertical force, Eq. (17)."""
+    force, moment = now.grf[..., 1], now.yaw_moment
+    total = np.maximum(force.sum(axis=1, keepdims=True), _LOADED * plan.weight)
+    off = np.abs(moment - force / total * moment.sum(axis=1, keepdims=True))
+    return _worst("moments not shared as the loads", "N m", 1e-6, off, now.t)
+
+
+def _on_toes(plan: ContactPlan, now: Samples) -> Check:
+    """The toes carry what acts ahead of the ball of the foot."""
+    share = share_on_toes(now.cop[..., 2] - plan.balls)
+    return _apart("toes' share off the pressure", "of the foot", now.toe_share, share, now.t)
 
 
 def _no_pull(plan: ContactPlan, now: Samples) -> Check:
@@ -279,23 +302,19 @@ def _pressure(plan: ContactPlan, now: Samples) -> Check:
 
 def _friction(plan: ContactPlan, now: Samples) -> Check:
     """The floor keeps the feet from sliding: horizontal against vertical force of each."""
-    loaded = _loaded(plan, now)
     horizontal = np.linalg.norm(now.grf[..., [0, 2]], axis=-1)
-    needed = np.where(loaded, horizontal / np.where(loaded, now.grf[..., 1], 1.0), 0.0)
-    return _worst(FRICTION[0], "of vertical force", plan.friction, needed, now.t)
+    needed = horizontal / np.maximum(now.grf[..., 1], _LOADED * plan.weight)
+    return _worst(FRICTION[0], "coefficient", plan.friction, needed, now.t)
 
 
 def _turning_friction(plan: ContactPlan, now: Samples) -> Check:
-    """The floor keeps the walker from turning: vertical moment at the ZMP against even friction.
-
-    How two feet share the moment does not follow from the motion.
-    """
+    """The floor keeps the walker from turning: vertical moment at the ZMP against even friction."""
     zmp = _zmp_of_forces(now)
     arms = now.cop - zmp[:, None]
     moment = now.yaw_moment.sum(axis=1) + np.cross(arms, now.grf)[..., 1].sum(axis=1)
     vertical = np.maximum(now.grf[..., 1].sum(axis=1), _LOADED * plan.weight)
     needed = np.abs(moment) / (vertical * plan.turning_radius(now.t))
-    return _worst(FRICTION[1], "of vertical force", plan.friction, needed, now.t)
+    return _worst(FRICTION[1], "coefficient", plan.friction, needed, now.t)
 
 
 def _loaded(plan: ContactPlan, now: Samples) -> npt.NDArray[np.bool_]:
@@ -313,13 +332,16 @@ def _standing(plan: ContactPlan, time: float, f: int) -> FloatArray | None:
 # The feet
 
 
-def _feet(record: Record) -> list[Check]:
-    """Feet stand still on their footholds, and nothing is below the ground."""
-    plan, now = record.gait.plan, record.samples
+def _feet(record: Record, found: Mechanics) -> list[Check]:
+    """Feet stand still on their footholds, pass each other, and are never below the ground."""
+    gait, now = record.gait, record.samples
     depth = np.maximum(-now.points[..., 1], 0.0)
     return [
-        _footholds(plan, now, record.footholds),
-        _slip(record.gait, now),
+        _apart("feet off Drake's", "m", now.points, found.points, now.t),
+        _footholds(gait.plan, now, record.footholds),
+        _soft_impact(gait, now, found),
+        _slip(gait, now),
+        _crossing(gait.plan, now),
         _worst("depth below the ground", "m", 0.01, depth, now.t),  # Eq. (20)
     ]
 
@@ -329,6 +351,22 @@ def _footholds(plan: ContactPlan, now: Samples, footholds: FloatArray) -> Check:
     distance = np.linalg.norm(now.points - footholds, axis=-1)
     standing = np.where(plan.contact(now.t), distance, 0.0)
     return _worst("standing points off their footholds", "m", 0.01, standing, now.t)
+
+
+def _soft_impact(gait: Gait, now: Samples, found: Mechanics) -> Check:
+    """Points that stand hardly move, Eq. (24)."""
+    speed = np.abs(found.velocities).max(axis=-1)
+    standing = np.where(gait.plan.contact(now.t), speed, 0.0)
+    limit = _BETWEEN * gait.scenario.tolerances.contact_speed
+    return _worst("speed of standing points", "m/s", limit, standing, now.t)
+
+
+def _crossing(plan: ContactPlan, now: Samples) -> Check:
+    """The swing foot passes beside the standing leg: heels and toe tips keep its breadth apart."""
+    apart = now.points[:, LEFT, :, 0] - now.points[:, RIGHT, :, 0]
+    short = np.maximum(_ANKLE_BREADTH - apart[:, [HEEL, TOE]].min(axis=1), 0.0)
+    swing = ~plan.double_support(now.t)
+    return _worst("feet too close in passing", "m", 0.015, np.where(swing, short, 0.0), now.t)
 
 
 def _slip(gait: Gait, now: Samples) -> Check:
@@ -349,11 +387,52 @@ def _slip(gait: Gait, now: Samples) -> Check:
 # The walk
 
 
-def _joint_limits(gait: Gait, now: Samples) -> Check:
-    """Joint angles stay within their limits, Eq. (19)."""
+def _walk(gait: Gait, now: Samples) -> list[Check]:
+    """Joints keep their limits, the pelvis its speed, the knee and the arms their part."""
+    return [
+        *_joint_limits(gait, now),
+        _pelvis_speed(gait, now),
+        _knee(gait, now),
+        _arms(gait, now),
+        *_periodicity(gait, now),
+    ]
+
+
+def _joint_limits(gait: Gait, now: Samples) -> list[Check]:
+    """Joint angles stay within their limits, and the pelvis aside and in height, Eq. (19)."""
     lower, upper = joint_limits(gait.scenario, DOF_NAMES)
-    outside = np.maximum(np.maximum(lower - now.q, now.q - upper), 0.0)[:, 3:]
-    return _worst("joint limits exceeded", "deg", 1e-9, np.rad2deg(outside), now.t)
+    outside = np.maximum(np.maximum(lower - now.q, now.q - upper), 0.0)
+    return [
+        _worst("joint limits exceeded", "deg", _EQUAL, np.rad2deg(outside[:, 3:]), now.t),
+        _worst("limits of the pelvis exceeded", "m", _EQUAL, outside[:, 1:3], now.t),
+    ]
+
+
+def _pelvis_speed(gait: Gait, now: Samples) -> Check:
+    """The pelvis moves forward at the walking speed, Eq. (23)."""
+    off = np.abs(now.v[:, index("pelvis_tz")] - gait.scenario.walk.speed)
+    limit = _BETWEEN * gait.scenario.tolerances.pelvis_speed
+    return _worst("pelvis off the walking speed", "m/s", limit, off, now.t)
+
+
+def _knee(gait: Gait, now: Samples) -> Check:
+    """The knee of the swing leg is bent by 60 degrees at mid-swing, Eq. (25)."""
+    middle = gait.scenario.phases.mid_swing * gait.step_time
+    k = int(np.argmin(np.abs(now.t - middle)))
+    off = np.abs(np.rad2deg(now.q[k : k + 1, index("knee_flexion_r")]) - 60.0)
+    limit = _BETWEEN * gait.scenario.tolerances.knee_flexion_deg
+    return _worst("knee off 60 deg at mid-swing", "deg", limit, off, now.t[k : k + 1])
+
+
+def _arms(gait: Gait, now: Samples) -> Check:
+    """Arm and leg of a side swing in opposite directions, Eq. (27)."""
+    flexions = [
+        [now.q[:, index(f"{joint}_{side}")] for joint in ("shoulder_flexion", "hip_flexion")]
+        for side in "rl"
+    ]
+    together = np.maximum([arm * leg for arm, leg in flexions], 0.0).T
+    limit = _BETWEEN * gait.scenario.tolerances.arm_leg
+    return _worst("arms swinging with the legs", "rad2", limit, together, now.t)
 
 
 def _periodicity(gait: Gait, now: Samples) -> list[Check]:

@@ -77,7 +77,7 @@ def test_the_checks_know_the_force():
     checks = {check.name: check for check in verify(record)}
     for claim in (
         "torques off Drake's",
-        "forces and moments left at the root",
+        "unbalanced force or moment",
         "masses off the body",
     ):
         assert checks[claim].passed

@@ -10,6 +10,7 @@ import pytest
 from walking import guessed_gait
 
 from human_gait import playback
+from human_gait.exceptions import ResultError
 from human_gait.playback import play, playback_page, save_playback
 
 MEGABYTE = 1e6
@@ -87,9 +88,10 @@ def test_only_this_computer_is_listened_to_unless_told_otherwise():
         assert server.server_address[0] == "0.0.0.0"
 
 
-def test_an_address_of_another_computer_is_refused():
-    with pytest.raises(OSError, match="address"):
-        play(guessed_gait(), strides=1, host="192.0.2.1")
+@pytest.mark.parametrize("host", ["192.0.2.1", "", "no such name"])
+def test_an_address_of_another_computer_is_refused(host):
+    with pytest.raises(ResultError, match=f"--host = '{host}': must be an address"):
+        play(guessed_gait(), strides=1, host=host)
 
 
 def test_two_walks_can_be_shown_at_once():

@@ -8,7 +8,7 @@ from walks import scenario
 
 from human_gait import contact_plan
 from human_gait import verification as room
-from human_gait.engines import DrakeEngine
+from human_gait.engines import DrakeEngine, RecursionEngine
 from human_gait.gait import Gait
 from human_gait.gait_file import make_record
 from human_gait.program import build_program
@@ -34,11 +34,16 @@ JOINTS = "joint limits exceeded"
 FOOTHOLDS = "standing points off their footholds"
 DEPTH = "depth below the ground"
 ZMP = "ZMP outside the foot support region"
-BALANCE = "forces and moments left at the root"
+BALANCE = "unbalanced force or moment"
 ENGINES = [f"torques off {engine}'s" for engine in ("Pinocchio", "Drake", "the recursion")]
 NEXT = "next step's torques off Drake's"
 MOMENTUM, ENERGY = "momentum off the impulse", "energy off the work"
 ANGLES = "angles off the splines"
+SHARES = (
+    "moments not shared as the loads",
+    "toes' share off the pressure",
+    "force on a foot in the air",
+)
 PULL = "ground pulling at a foot"
 PRESSURE, FRICTION = "pressure outside its foot", "friction needed against sliding"
 TURNING, SLIDING = "friction needed against turning", "foot sliding while it stands"
@@ -59,7 +64,19 @@ def instants():
 
 
 def test_physics_holds_for_any_motion_even_a_guess():
-    for name in (JOINTS, BALANCE, *ENGINES, NEXT, MOMENTUM, ENERGY, PULL, MEAN, POSTURE, VELOCITY):
+    for name in (
+        JOINTS,
+        BALANCE,
+        *ENGINES,
+        NEXT,
+        MOMENTUM,
+        ENERGY,
+        PULL,
+        MEAN,
+        POSTURE,
+        VELOCITY,
+        *SHARES,
+    ):
         assert FOUND[name].passed, name
 
 
@@ -148,6 +165,94 @@ def test_a_control_point_of_the_file_that_is_changed_is_seen():
     assert ANGLES in failed(tampered)
 
 
+def consistent(**changes):
+    """The record with samples changed, torques and ZMP made to fit them: only one claim is left."""
+    now = dataclasses.replace(RECORD.samples, **changes)
+    tau = RecursionEngine(GAIT.body).torques((now.q, now.v, now.a), room._loads(GAIT, now))
+    active = now.active + tau - now.tau
+    now = dataclasses.replace(now, tau=tau, active=active, zmp=room._zmp_of_forces(now))
+    return dataclasses.replace(RECORD, samples=now)
+
+
+def added(name, place, by):
+    """An array of the samples with something added at a place."""
+    array = getattr(RECORD.samples, name).copy()
+    array[place] += by
+    return {name: array}
+
+
+MIDDLE = slice(50, 70)  # single support: the right foot swings
+CHEATS = {
+    "moments against each other": (added("yaw_moment", slice(None), [50.0, -50.0]), SHARES[0]),
+    "toes against the rear foot": (added("toe_share", (slice(None), 1), -40.0), SHARES[1]),
+    "a push at the swinging foot": (added("grf", (MIDDLE, 0, 1), 20.0), SHARES[2]),
+    "a moment on the swinging foot": (added("yaw_moment", (MIDDLE, 0), 5.0), SHARES[2]),
+    "pressure above the ground": (added("cop", (MIDDLE, 1, 1), 0.05), "pressure not on the ground"),
+}
+
+
+@pytest.mark.parametrize(("changes", "name"), CHEATS.values(), ids=CHEATS)
+def test_forces_that_engines_agree_with_but_no_ground_gives_are_seen(changes, name):
+    assert name in failed(consistent(**changes))
+
+
+def test_absurd_torques_at_the_root_do_not_hide_a_wrong_torque_elsewhere():
+    tau = RECORD.samples.tau.copy()
+    tau[5, 0] = 1e15
+    tau[K, KNEE] *= 1.01
+    found = failed(
+        dataclasses.replace(RECORD, samples=dataclasses.replace(RECORD.samples, tau=tau))
+    )
+    assert {*ENGINES} <= found
+
+
+def walk_check(name, **changed):
+    """One check of the walk after its samples have been changed."""
+    now = dataclasses.replace(RECORD.samples, **changed)
+    return next(check for check in room._walk(GAIT, now) if check.name == name)
+
+
+@pytest.mark.parametrize(
+    ("name", "array", "dof", "by", "value"),
+    [
+        ("pelvis off the walking speed", "v", "pelvis_tz", 0.5, 0.5),
+        ("knee off 60 deg at mid-swing", "q", "knee_flexion_r", np.deg2rad(30.0), 30.0),
+        ("arms swinging with the legs", "q", "shoulder_flexion_r", 1.0, 0.2),
+        ("limits of the pelvis exceeded", "q", "pelvis_ty", 30.0, 20.0),
+    ],
+)
+def test_a_walk_that_does_not_do_its_part_is_seen(name, array, dof, by, value):
+    before = walk_check(name)
+    changed = getattr(RECORD.samples, array).copy()
+    changed[:, index(dof)] += by
+    check = walk_check(name, **{array: changed})
+    assert not check.passed
+    assert check.value > max(before.value, 0.5 * value)
+
+
+def test_feet_that_pass_through_each_other_are_seen():
+    now = RECORD.samples
+    points = now.points.copy()
+    points[MIDDLE, 0, :, 0] = points[MIDDLE, 1, :, 0]
+    check = room._crossing(GAIT.plan, dataclasses.replace(now, points=points))
+    assert not check.passed
+    assert check.value == pytest.approx(0.06)
+    assert now.t[50] <= check.time <= now.t[70]
+
+
+def test_a_foot_that_moves_while_it_stands_is_seen():
+    now = RECORD.samples
+    found = DrakeEngine(GAIT.body).mechanics((now.q, now.v, now.a), room._loads(GAIT, now))
+    rates = np.gradient(found.points, now.t, axis=0)
+    np.testing.assert_allclose(found.velocities[2:-2], rates[2:-2], atol=0.05)
+    resting = dataclasses.replace(found, velocities=0.0 * found.velocities)
+    assert room._soft_impact(GAIT, now, resting).value == 0.0
+    velocities = resting.velocities.copy()
+    velocities[60, 1, 2, 2] = 1.0
+    check = room._soft_impact(GAIT, now, dataclasses.replace(found, velocities=velocities))
+    assert (check.passed, check.value, check.time) == (False, 1.0, now.t[60])
+
+
 def test_what_is_no_number_fails():
     assert ENGINES[1] in failed(scaled("tau", K, KNEE, by=np.nan))
 
@@ -213,10 +318,10 @@ def test_an_impulse_that_moves_nothing_is_seen(axis):
 def test_a_body_that_is_not_its_own_mirror_image_is_seen():
     """Torques of the right knee that the left one does not repeat."""
     now = RECORD.samples
-    drake = DrakeEngine(GAIT.body)
-    assert room._next_step(GAIT, now, drake).passed
+    drake, peak = DrakeEngine(GAIT.body), 100.0
+    assert room._next_step(GAIT, now, drake, peak).passed
     yaw = now.yaw_moment + np.array([1.0, 0.0])
-    assert not room._next_step(GAIT, dataclasses.replace(now, yaw_moment=yaw), drake).passed
+    assert not room._next_step(GAIT, dataclasses.replace(now, yaw_moment=yaw), drake, peak).passed
 
 
 def test_a_ground_that_pulls_is_seen():

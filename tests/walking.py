@@ -18,6 +18,7 @@ def guessed_gait(load_mass=0.0):
             "subject": {"sex": "male"},
             "walk": {"speed": 1.2, "step_length": 0.66},
             "load": {"mass": load_mass},
+            "discretisation": {"control_points": 9},
         }
     )
     body = make_body(scenario.subject, scenario.load)

@@ -23,8 +23,9 @@ from human_gait import result_folder
 from human_gait.exceptions import ResultError
 from human_gait.gait_cycle import save_gait_cycle
 from human_gait.gait_file import load_gait, save_gait
-from human_gait.prediction import DERIVED
+from human_gait.prediction import OURS
 
+DERIVED = [name for name in OURS if name not in ("gait.npz", "gait_cycle.csv", "summary.json")]
 LOADS = (0.0, 10.0, 20.0)
 STEPS = {
     os: ["replace", "rename", "fsync", "mkdir", "link", "unlink", "rmdir", "open"],
