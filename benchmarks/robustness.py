@@ -180,7 +180,7 @@ def main() -> None:
     options = parser.parse_args()
     results = run(list(range(options.first)), options.out, options.workers)
     table = Table(title="Walks found", title_justify="left")
-    for column in ("region", "found", "%", "median s", "90 % s", "more starts"):
+    for column in ("region", "found", "%", "median s", "90 % s", "more attempts"):
         table.add_column(column, justify="left" if column == "region" else "right")
     found = {name: summary(part) for name, part in regions(results)}
     for name, one in found.items():

@@ -89,7 +89,8 @@ def predict(
     ] = SolverChoice.SNOPT,
     dynamics: Engine = DynamicsName.PINOCCHIO,
     seed: Annotated[
-        int, typer.Option(min=0, metavar="N", help="Of the random starts, where others fail (not with both).")
+        int,
+        typer.Option(min=0, metavar="N", help="Of random starts, where others fail; not for both."),
     ] = 0,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else out/<scenario>.")

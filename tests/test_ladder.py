@@ -222,3 +222,17 @@ def test_an_interrupted_solve_is_kept():
     assert starts(attempts) == [OWN_GUESS]
     assert attempts[0].solution.interrupted
     assert not attempts[0].success
+
+
+@pytest.mark.solve
+def test_every_kind_of_start_can_lead_to_a_walk():
+    """From comfortable walking, and from a disturbed guess, to one speed and load."""
+    task = scenario(1.4, 0.7, control_points=8, intervals=20, load={"mass": 9.0})
+    program = build_program(task)
+    there = room._continued(program, "snopt")
+    assert there.converged
+    assert there.gait.scenario == task
+    assert there.evaluations > program.evaluations  # those on the way are counted
+    from_noise = room.solve(program, guess=disturbed(program, np.random.default_rng(2)))
+    assert from_noise.converged
+    assert from_noise.cost == pytest.approx(there.cost, rel=0.02)
