@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pydrake.solvers import IpoptSolver, SnoptSolver
+from pydrake.solvers import IpoptSolver, SnoptSolver, SolverOptions
 from solves import solved
 from walks import PEOPLE, scenario
 
 from human_gait import cli
+from human_gait import solver as solver_room
 from human_gait.diagnosis import amount, not_kept, suggestions, violation_text
 from human_gait.exceptions import ResultError
 from human_gait.explanation import explained
@@ -265,6 +266,9 @@ def test_an_interrupted_solve_blames_nothing():
     assert list(failed(impossible, interrupted=True)) == ["predict"]
 
 
+EXACT = {"snopt": {}, "ipopt": {"tol": 1e-5}}
+
+
 @pytest.fixture(scope="module", params=["acceleration", "velocity"])
 def program(request):
     return build_program(scenario(periodicity=request.param))
@@ -283,7 +287,10 @@ def test_multipliers_are_what_holds_the_cost_back(program, solver, monkeypatch):
     target = (guess + 0.5 * apart) / unit
     prog.AddQuadraticCost(2.0 * np.diag(unit**2), -2.0 * unit**2 * target, variables)
     monkeypatch.setattr(program, "prog", prog)
-    result = ENGINES[solver]().Solve(prog, guess / unit)
+    engine, options = ENGINES[solver](), SolverOptions()
+    for name, value in {**solver_room._OPTIONS[solver], **EXACT[solver]}.items():
+        options.SetOption(engine.solver_id(), name, value)
+    result = engine.Solve(prog, guess / unit, options)
     assert result.is_success()
     at = result.GetSolution(variables) * unit
     slope = 2.0 * (at - target * unit) / COST_SCALE
