@@ -37,6 +37,7 @@ from human_gait.program import build_program
 from human_gait.scenario import Scenario
 
 SIZE = 200
+_TURNED = 150  # neighbours of a Sobol sequence lie in opposite halves: from here on, the other sex
 LOWEST = {"speed": 0.6, "step_length": 0.4, "load": 0.0, "stature": 1.50, "mass": 45.0}
 HIGHEST = {"speed": 1.8, "step_length": 0.9, "load": 30.0, "stature": 1.95, "mass": 110.0}
 UNITS = {"speed": "m/s", "step_length": "m", "load": "kg", "stature": "m", "mass": "kg"}
@@ -49,7 +50,8 @@ def design(size: int = SIZE) -> list[Scenario]:
     walks: list[Scenario] = []
     for row in np.round(scaled, 3):
         values = dict(zip(LOWEST, map(float, row), strict=True))
-        sex = ("male", "female")[len(walks) % 2]
+        turned = len(walks) >= _TURNED
+        sex = ("male", "female")[(len(walks) + turned) % 2]
         table = {
             "name": f"walk {len(walks):03d}",
             "subject": {"sex": sex, "stature": values["stature"], "mass": values["mass"]},

@@ -31,6 +31,9 @@ def test_the_design_fills_its_ranges():
     """Both sexes, and every third of every range has its share, but for steps out of reach."""
     walks = design()
     assert sum(walk.subject.sex == "female" for walk in walks) == SIZE // 2
+    for sex in ("female", "male"):
+        long = [w for w in walks if w.subject.sex == sex and w.walk.step_length > 0.65]
+        assert 0.2 * SIZE / 2 < len(long) < 0.8 * SIZE / 2
     for name, low in LOWEST.items():
         found = np.array([values(walk)[name] for walk in walks])
         assert low <= found.min() <= found.max() <= HIGHEST[name]
