@@ -101,6 +101,11 @@ class Gait:
         return self.basis.knots
 
     @property
+    def free(self) -> FloatArray:
+        """The free control points, flat, (m * 55,): what a program starts from."""
+        return self.control_points[: self.basis.n_free].ravel()
+
+    @property
     def body(self) -> Body:
         """The body that walks."""
         return self._walker.body

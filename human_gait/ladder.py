@@ -24,7 +24,6 @@ from itertools import chain
 import numpy as np
 import numpy.typing as npt
 
-from human_gait.gait import Gait
 from human_gait.gait_file import make_record
 from human_gait.program import GaitProgram, build_program
 from human_gait.scenario import Scenario
@@ -187,7 +186,7 @@ def _taken(
 def _again(
     program: GaitProgram, name: str, ended: Attempt, tell: Callable[[str], Tell | None]
 ) -> Attempt:
-    end = free_points(ended.solution.gait)
+    end = ended.solution.gait.free
     return _attempt(program, name, partial(solve, program, ended.solution.solver, end), tell)
 
 
@@ -211,7 +210,7 @@ def _continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> S
         if solution.interrupted and share < 1.0:
             raise KeyboardInterrupt  # another walk is nothing to keep
         spent.append(solution)
-        guess, step_length = free_points(solution.gait), task.walk.step_length
+        guess, step_length = solution.gait.free, task.walk.step_length
     total = {name: sum(getattr(one, name) for one in spent) for name in _SPENT}
     return replace(solution, **total)
 
@@ -231,11 +230,6 @@ def on_the_way(scenario: Scenario, share: float) -> Scenario:
     )
     load = replace(scenario.load, mass=share * scenario.load.mass)
     return replace(scenario, walk=between, load=load)
-
-
-def free_points(gait: Gait) -> FloatArray:
-    """Return the free control points of a gait, (m * 55,)."""
-    return gait.control_points[: gait.basis.n_free].ravel()
 
 
 def _stretched(free: FloatArray, factor: float) -> FloatArray:

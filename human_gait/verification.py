@@ -68,10 +68,11 @@ def verify(record: Record) -> list[Check]:
     """Return the checks of a gait: what its file says, the laws of motion, the ground, the walk."""
     gait, now = record.gait, record.samples
     with np.errstate(all="ignore"):  # absurd numbers of a file fail their checks
-        found = DrakeEngine(gait.body).mechanics((now.q, now.v, now.a), _loads(gait, now))
+        drake, loads = DrakeEngine(gait.body), _loads(gait, now)
+        found = drake.mechanics((now.q, now.v, now.a), loads)
         return [
             *_file(record),
-            *_dynamics(record, found),
+            *_dynamics(record, drake, loads, found),
             *_ground(gait.plan, now),
             *_feet(record, found),
             *_walk(gait, now),
@@ -124,11 +125,12 @@ def _zmp_of_forces(now: Samples) -> FloatArray:
 # The laws of motion
 
 
-def _dynamics(record: Record, found: Mechanics) -> list[Check]:
+def _dynamics(
+    record: Record, drake: DrakeEngine, loads: list[ExternalLoad], found: Mechanics
+) -> list[Check]:
     """Forces and torques of the file are those that the motion takes, and balance."""
     gait, now = record.gait, record.samples
-    loads, motion = _loads(gait, now), (now.q, now.v, now.a)
-    drake = DrakeEngine(gait.body)
+    motion = (now.q, now.v, now.a)
     engines: dict[str, Engine] = {
         "Pinocchio": PinocchioEngine(gait.body),
         "Drake": drake,

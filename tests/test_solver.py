@@ -190,12 +190,7 @@ def test_a_solve_that_runs_out_of_iterations_says_so_and_keeps_what_it_has(progr
     assert {v.name for v in solution.violations} == {c.name for c in program.constraints}
     assert np.all(np.isfinite(solution.gait.control_points))
     assert solution.multipliers == {}
-    assert solution.cost == pytest.approx(program.cost(free_of(solution.gait))[0])
-
-
-def free_of(gait):
-    """The free control points of a gait, flat."""
-    return gait.control_points[: gait.basis.n_free].ravel()
+    assert solution.cost == pytest.approx(program.cost(solution.gait.free)[0])
 
 
 def test_every_evaluated_point_is_told_once(program, solver, short):
@@ -254,7 +249,7 @@ def test_ctrl_c_returns_the_best_point_so_far(program, solver, n):
     assert not solution.converged
     assert solution.status == "interrupted"
     assert len(interrupt.told) == n
-    np.testing.assert_array_equal(free_of(solution.gait), interrupt.best().free)
+    np.testing.assert_array_equal(solution.gait.free, interrupt.best().free)
     assert signal.getsignal(signal.SIGINT) is handler
     assert program.observe is None
 
@@ -264,7 +259,7 @@ def test_ctrl_c_works_in_the_torque_stage_too(program, solver):
     solution = solve(program, solver, near_walk(program), tell=interrupt)
     assert solution.interrupted
     assert {now.stage for now in interrupt.told} == {"torque"}
-    np.testing.assert_array_equal(free_of(solution.gait), interrupt.best().free)
+    np.testing.assert_array_equal(solution.gait.free, interrupt.best().free)
 
 
 def test_ctrl_c_between_the_stages_keeps_the_posture(program, monkeypatch, short):
@@ -280,7 +275,7 @@ def test_ctrl_c_between_the_stages_keeps_the_posture(program, monkeypatch, short
     monkeypatch.setattr(room, "_run", run_and_press)
     solution = solve(program, tell=interrupt)
     assert solution.interrupted
-    np.testing.assert_array_equal(free_of(solution.gait), interrupt.best().free)
+    np.testing.assert_array_equal(solution.gait.free, interrupt.best().free)
 
 
 def test_ctrl_c_before_the_first_point_stops_like_any_program(program, monkeypatch):
@@ -349,5 +344,5 @@ def test_a_feasible_point_on_the_way_is_better_than_an_infeasible_end(program, m
 
     monkeypatch.setattr(room, "_run", run)
     solution = solve(program, start=guess)
-    np.testing.assert_array_equal(free_of(solution.gait), guess)
+    np.testing.assert_array_equal(solution.gait.free, guess)
     assert not solution.converged
