@@ -12,10 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from human_gait.body import GRAVITY, Body
+from human_gait.curvature import TreeCurvature
 from human_gait.dh import frames, paths
-from human_gait.dynamics import InverseDynamics, load_jet
-from human_gait.jet import Jet
+from human_gait.dynamics import InverseDynamics, linearised_load
+from human_gait.jet import Linearised
 from human_gait.skeleton import N_DOF, SEGMENTS
+from human_gait.spatial import cross
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -30,22 +32,41 @@ class CarriedForce:
         self._point = np.append(body.load_com, 1.0)
         self._force = body.load.mass * GRAVITY
         self._chain = np.array(paths(body.table)[THORAX])
+        self._curvature = TreeCurvature(body.table, _point_mass(body))
 
     def added(self, dynamics: InverseDynamics, q: FloatArray) -> InverseDynamics:
         """Return the inverse dynamics of a body that carries the force, at postures q (K, 55)."""
-        load = load_jet(dynamics.axes, self._chain, self._wrench(dynamics, q))
+        load = linearised_load(dynamics.axes, self._chain, self._wrench(dynamics, q))
         value, partials = dynamics.torque.value.copy(), dynamics.torque.partials.copy()
         value[:, self._chain] -= load.value
         partials[:, self._chain] -= load.partials
-        return replace(dynamics, torque=Jet(value, partials))
+        return replace(dynamics, torque=Linearised(value, partials))
 
-    def _wrench(self, dynamics: InverseDynamics, q: FloatArray) -> Jet:
+    def hessian(
+        self, q: FloatArray, axes: FloatArray, by_torque: FloatArray, by_wrench: FloatArray
+    ) -> FloatArray:
+        """Return what the force adds to the second derivatives by q, (K, 55, 55).
+
+        Of torques and root wrench weighted as in `TreeCurvature.hessian`. A weight without inertia
+        is a mass that rests: it is not moved, and it does not resist.
+        """
+        still = np.zeros_like(q)
+        return self._curvature.hessian((q, still, still), axes, by_torque, by_wrench).qq
+
+    def _wrench(self, dynamics: InverseDynamics, q: FloatArray) -> Linearised:
         """Return force and moment p x f (K, 6) about the origin; dp/dq_i = l_i + w_i x p."""
         _, A = frames(self._table, q)
         p = (A[:, THORAX] @ self._point)[:, :3]
         linear, angular = (part.swapaxes(1, 2) for part in np.split(dynamics.axes, 2, axis=1))
-        moved = (linear + np.cross(angular, p[:, None]))[:, self._chain]
+        moved = (linear + cross(angular, p[:, None]))[:, self._chain]
         force = np.broadcast_to(self._force, p.shape)
         partials = np.zeros((len(q), 6, 3 * N_DOF))
-        partials[:, 3:, self._chain] = np.cross(moved, self._force).swapaxes(1, 2)
-        return Jet(np.concatenate([force, np.cross(p, force)], axis=1), partials)
+        partials[:, 3:, self._chain] = cross(moved, self._force).swapaxes(1, 2)
+        return Linearised(np.concatenate([force, cross(p, force)], axis=1), partials)
+
+
+def _point_mass(body: Body) -> FloatArray:
+    """Return the pseudo-inertia (55, 4, 4) of the load's mass at its centre, all other links 0."""
+    J, centre = np.zeros((N_DOF, 4, 4)), np.append(body.load_com, 1.0)
+    J[THORAX] = body.load.mass * np.outer(centre, centre)
+    return J

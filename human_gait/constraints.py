@@ -1,7 +1,9 @@
 """The constraints of the paper, Eqs. (19)-(27), as residuals at instants of the step.
 
 A residual has rows; each row belongs to one instant and knows its partials in q, v and a of the
-DOF that it depends on. `program` makes gradients in control points of them.
+DOF that it depends on. `program` makes gradients in control points of them. For the second
+derivatives a constraint passes the multipliers of its rows on to what the rows are made of: places
+and velocities of the feet, the wrench of the ground, postures (`adjoint`).
 
 Eq. (26) needs no row here: the splines are symmetric by construction, or `program` ties their ends
 (`bspline`). Eq. (19) bounds the control points, whose convex hull holds the curve.
@@ -15,9 +17,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from human_gait.adjoint import Adjoint
 from human_gait.contact_plan import HEEL, LEFT, RIGHT, TOE, ContactPlan
 from human_gait.dynamics import CHAINS
 from human_gait.exceptions import ScenarioError
+from human_gait.ground_reaction import GroundReaction
 from human_gait.instant import Instants
 from human_gait.jet import Jet
 from human_gait.scenario import Scenario
@@ -71,8 +75,9 @@ class Constraint:
         What each row is about, in words; no two rows of one instant say the same.
     evaluate : function
         Instants of the grid -> Residual.
-    linear : bool
-        Whether the rows are linear in the motion.
+    pass_on : function or None
+        Instants, multipliers (r,), Adjoint: adds what the rows cost to the adjoint. None where the
+        rows are linear in the motion.
     """
 
     name: str
@@ -84,7 +89,17 @@ class Constraint:
     columns: IntArray
     what: Words
     evaluate: Callable[[Instants], Residual]
-    linear: bool = False
+    pass_on: Callable[[Instants, FloatArray, Adjoint], None] | None = None
+
+    def lean(self, now: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
+        """Add what the rows cost at multipliers (r,) to an adjoint; nothing if they are linear."""
+        if self.pass_on:
+            self.pass_on(now, multipliers, adjoint)
+
+    @property
+    def linear(self) -> bool:
+        """Whether the rows are linear in the motion."""
+        return self.pass_on is None
 
     def at(self, instants: IntArray) -> Constraint:
         """Return the constraint with the rows of some instants only."""
@@ -94,10 +109,16 @@ class Constraint:
             r = self.evaluate(now)
             return Residual(r.value[rows], r.dq[rows], r.dv[rows], r.da[rows])
 
+        def pass_on(now: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
+            every = np.zeros(len(self.lower))
+            every[rows] = multipliers
+            self.lean(now, every, adjoint)
+
         lower, upper = self.lower[rows], self.upper[rows]
         k, columns, what = self.instants[rows], self.columns[rows], self.what[rows]
         rest = replace(self, lower=lower, upper=upper, what=what)
-        return replace(rest, instants=k, columns=columns, evaluate=evaluate)
+        on = None if self.linear else pass_on
+        return replace(rest, instants=k, columns=columns, evaluate=evaluate, pass_on=on)
 
 
 def joint_limits(scenario: Scenario, names: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
@@ -187,9 +208,12 @@ def ground_penetration(plan: ContactPlan, times: FloatArray, on: IntArray) -> Co
     def evaluate(now: Instants) -> Residual:
         return _of_points(now, k, f, p, [_UP])
 
+    def pass_on(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
+        adjoint.position[k, f, p, _UP] += multipliers
+
     lower, columns, what = np.zeros(len(k)), _chains(f, 1), _point_words(f, p, ["height"])
     return Constraint(
-        "ground penetration", "20", "m", lower, lower + np.inf, k, columns, what, evaluate
+        "ground penetration", "20", "m", lower, lower + np.inf, k, columns, what, evaluate, pass_on
     )
 
 
@@ -205,9 +229,13 @@ def contact_position(
         at = _of_points(now, k, f, p, [0, 1, 2])
         return Residual(at.value - targets, at.dq, at.dv, at.da)
 
+    def pass_on(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
+        adjoint.position[k, f, p] += multipliers.reshape(-1, 3)
+
     instants, columns, what = np.repeat(k, 3), _chains(f, 3), _point_words(f, p, _PLACE)
+    bounds = -tolerance, tolerance
     return Constraint(
-        "contact position", "20, 21", "m", -tolerance, tolerance, instants, columns, what, evaluate
+        "contact position", "20, 21", "m", *bounds, instants, columns, what, evaluate, pass_on
     )
 
 
@@ -224,9 +252,13 @@ def soft_impact(
         )
         return Residual(value.ravel(), _rows(dq), _rows(dv), 0.0 * _rows(dv))
 
+    def pass_on(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
+        adjoint.velocity[k, f, p] += multipliers.reshape(-1, 3)
+
     instants, columns, what = np.repeat(k, 3), _chains(f, 3), _point_words(f, p, _MOTION)
+    bounds = -tolerance, tolerance
     return Constraint(
-        "soft impact", "24", "m/s", -tolerance, tolerance, instants, columns, what, evaluate
+        "soft impact", "24", "m/s", *bounds, instants, columns, what, evaluate, pass_on
     )
 
 
@@ -248,8 +280,13 @@ def feet_apart(
             dq[:, CHAINS[f]] += sign * now.feet[f].jacobian[k, p, 0]
         return Residual(value, dq, 0.0 * dq, 0.0 * dq)
 
+    def pass_on(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
+        adjoint.position[k, LEFT, p, 0] += multipliers
+        adjoint.position[k, RIGHT, p, 0] -= multipliers
+
     what = np.tile(["right heel past the left one", "right toe past the left one"], len(swing))
-    return Constraint("feet apart", "", "m", lower, lower + np.inf, k, _all(k), what, evaluate)
+    bounds = lower, lower + np.inf
+    return Constraint("feet apart", "", "m", *bounds, k, _all(k), what, evaluate, pass_on)
 
 
 def zmp_stability(plan: ContactPlan, times: FloatArray) -> Constraint:
@@ -262,14 +299,13 @@ def zmp_stability(plan: ContactPlan, times: FloatArray) -> Constraint:
     feet = [(RIGHT, np.flatnonzero(plan.double_support(times))), (LEFT, np.arange(len(times)))]
     weight = plan.weight
 
-    def evaluate(now: Instants) -> Residual:
-        share = now.ground.force[:, 1] / weight
-        rows = [
-            sign * (now.ground.pressure[f][k] - region[k, f, side]) * _twice(share[k])
+    def rows(ground: GroundReaction) -> list[Jet]:
+        share = ground.force[:, 1] / weight
+        return [
+            sign * (ground.pressure[f][k] - region[k, f, side]) * _twice(share[k])
             for f, k in feet
             for side, sign in enumerate((1.0, -1.0))
         ]
-        return _full(rows)
 
     k = np.concatenate([np.repeat(k, 2) for _, k in feet for _ in range(2)])
     edges = [[("outer", "rear"), ("inner", "front")], [("inner", "rear"), ("outer", "front")]]
@@ -280,8 +316,7 @@ def zmp_stability(plan: ContactPlan, times: FloatArray) -> Constraint:
         for _ in k
         for edge in two
     ]
-    lower, what = np.zeros(len(k)), np.array(words)
-    return Constraint("ZMP stability", "22", "m", lower, lower + np.inf, k, _all(k), what, evaluate)
+    return _of_wrench("ZMP stability", "22", "m", 0.0, k, np.array(words), rows)
 
 
 def load_transfer(scenario: Scenario, plan: ContactPlan, times: FloatArray) -> Constraint:
@@ -298,29 +333,24 @@ def load_transfer(scenario: Scenario, plan: ContactPlan, times: FloatArray) -> C
     least = np.where(even >= 1.0, 1.0, even - tolerance)
     most = np.where(even <= 0.0, 0.0, even + tolerance)
 
-    def evaluate(now: Instants) -> Residual:
-        offset = (now.ground.zmp[k] - A) * along
-        share, push = offset[:, 0] + offset[:, 1], now.ground.force[k, 1] / weight
-        return _full([(share - least) * push, (most - share) * push])
+    def rows(ground: GroundReaction) -> list[Jet]:
+        offset = (ground.zmp[k] - A) * along
+        share, push = offset[:, 0] + offset[:, 1], ground.force[k, 1] / weight
+        return [(share - least) * push, (most - share) * push]
 
-    lower, k2 = np.zeros(2 * len(k)), np.concatenate([k, k])
     what = np.repeat(["left foot loaded too late", "left foot loaded too early"], len(k))
-    return Constraint(
-        "load transfer", "17", "of the load", lower, lower + np.inf, k2, _all(k2), what, evaluate
-    )
+    return _of_wrench("load transfer", "17", "of the load", 0.0, np.tile(k, 2), what, rows)
 
 
 def ground_pushes(times: FloatArray, plan: ContactPlan) -> Constraint:
     """The ground pushes, it does not pull: R_y is at least a tenth of the weight."""
-    k = np.arange(len(times))
-    lower, weight, what = np.full(len(k), 0.1), plan.weight, _same(k, "vertical force, both feet")
+    k, weight = np.arange(len(times)), plan.weight
+    what = _same(k, "vertical force, both feet")
 
-    def evaluate(now: Instants) -> Residual:
-        return _full([now.ground.force[:, 1] / weight])
+    def rows(ground: GroundReaction) -> list[Jet]:
+        return [ground.force[:, 1] / weight]
 
-    return Constraint(
-        "ground pushes", "17", "body weight", lower, lower + np.inf, k, _all(k), what, evaluate
-    )
+    return _of_wrench("ground pushes", "17", "body weight", 0.1, k, what, rows)
 
 
 def sliding_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
@@ -331,16 +361,13 @@ def sliding_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
     feet = [(RIGHT, np.flatnonzero(plan.double_support(times))), (LEFT, np.arange(len(times)))]
     mu, weight = _FRICTION_USED * plan.friction, plan.weight
 
-    def evaluate(now: Instants) -> Residual:
-        forces = [now.ground.wrenches[f][k] * (1.0 / weight) for f, k in feet]
-        return _full([mu * F[:, 1] - _length(F[:, 0], F[:, 2]) for F in forces])
+    def rows(ground: GroundReaction) -> list[Jet]:
+        forces = [ground.wrenches[f][k] / weight for f, k in feet]
+        return [mu * F[:, 1] - _length(F[:, 0], F[:, 2]) for F in forces]
 
     k = np.concatenate([k for _, k in feet])
-    lower = np.zeros(len(k))
     what = np.array([f"{SIDES[f]} foot, horizontal force" for f, k in feet for _ in k])
-    return Constraint(
-        "sliding friction", "", "body weight", lower, lower + np.inf, k, _all(k), what, evaluate
-    )
+    return _of_wrench("sliding friction", "", "body weight", 0.0, k, what, rows)
 
 
 def turning_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
@@ -348,15 +375,12 @@ def turning_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
     k, weight = np.arange(len(times)), plan.weight
     holds = _FRICTION_USED * plan.friction * _least_radius(plan, times)
 
-    def evaluate(now: Instants) -> Residual:
-        most, moment = holds * now.ground.force[:, 1], now.ground.yaw_moment
-        return _full([(most - moment) * (1.0 / weight), (most + moment) * (1.0 / weight)])
+    def rows(ground: GroundReaction) -> list[Jet]:
+        most, moment = holds * ground.force[:, 1], ground.yaw_moment
+        return [(most - moment) / weight, (most + moment) / weight]
 
-    lower, k2 = np.zeros(2 * len(k)), np.concatenate([k, k])
     what = np.repeat(["vertical moment, to the left", "vertical moment, to the right"], len(k))
-    return Constraint(
-        "turning friction", "", "m", lower, lower + np.inf, k2, _all(k2), what, evaluate
-    )
+    return _of_wrench("turning friction", "", "m", 0.0, np.tile(k, 2), what, rows)
 
 
 def _least_radius(plan: ContactPlan, times: FloatArray) -> FloatArray:
@@ -381,7 +405,7 @@ def pelvic_velocity(scenario: Scenario, on: IntArray) -> Constraint:
 
     columns, what = np.full((len(k), 1), _PELVIS), _same(k, "pelvis, forward")
     return Constraint(
-        "pelvic velocity", "23", "m/s", -tolerance, tolerance, k, columns, what, evaluate, True
+        "pelvic velocity", "23", "m/s", -tolerance, tolerance, k, columns, what, evaluate
     )
 
 
@@ -397,7 +421,7 @@ def knee_at_mid_swing(scenario: Scenario, times: FloatArray) -> Constraint:
 
     columns, what = np.array([[knee]]), _same(k, "right knee, flexion")
     return Constraint(
-        "knee at mid-swing", "25", "rad", -tolerance, tolerance, k, columns, what, evaluate, True
+        "knee at mid-swing", "25", "rad", -tolerance, tolerance, k, columns, what, evaluate
     )
 
 
@@ -418,8 +442,14 @@ def arm_leg_coupling(scenario: Scenario, on: IntArray) -> Constraint:
         dq = angles[:, ::-1]
         return Residual(angles.prod(axis=1), dq, 0.0 * dq, 0.0 * dq)
 
+    def pass_on(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
+        arm, leg = columns.T
+        adjoint.posture_second[k, arm, leg] += multipliers
+        adjoint.posture_second[k, leg, arm] += multipliers
+
+    bounds = upper - np.inf, upper
     return Constraint(
-        "arm-leg coupling", "27", "rad^2", upper - np.inf, upper, k, columns, what, evaluate
+        "arm-leg coupling", "27", "rad^2", *bounds, k, columns, what, evaluate, pass_on
     )
 
 
@@ -467,15 +497,44 @@ def _all(k: IntArray) -> IntArray:
 def _length(x: Jet, z: Jet) -> Jet:
     """Return the length of a vector, smooth at zero: sqrt(x^2 + z^2 + s^2) - s."""
     square = x * x + z * z + _SMALL_FORCE**2
-    return square.map(np.sqrt, lambda y: 0.5 / np.sqrt(y)) - _SMALL_FORCE
+    root = square.map(np.sqrt, lambda y: 0.5 / np.sqrt(y), lambda y: -0.25 / y**1.5)
+    return root - _SMALL_FORCE
 
 
 def _twice(share: Jet) -> Jet:
     return share[:, None][:, [0, 0]]
 
 
-def _full(parts: list[Jet]) -> Residual:
-    """Return a residual that depends on all DOF from jets of any shape."""
-    value = np.concatenate([part.value.ravel() for part in parts])
-    partials = np.concatenate([part.partials.reshape(-1, 3, N_DOF) for part in parts])
-    return Residual(value, partials[:, 0], partials[:, 1], partials[:, 2])
+def _of_wrench(
+    name: str,
+    equation: str,
+    unit: str,
+    least: float,
+    k: IntArray,
+    what: Words,
+    rows: Callable[[GroundReaction], list[Jet]],
+) -> Constraint:
+    """Return the constraint that quantities of the ground reaction are at least so much.
+
+    `rows` gives them at the instants k (r,), in jets of any shape that follow each other.
+    """
+
+    def joined(ground: GroundReaction) -> Jet:
+        parts = rows(ground)
+        value = np.concatenate([part.value.ravel() for part in parts])
+        partials = np.concatenate([part.partials.reshape(-1, 6) for part in parts])
+        return Jet(value, partials, np.concatenate([p.second.reshape(-1, 6, 6) for p in parts]))
+
+    def evaluate(now: Instants) -> Residual:
+        r = joined(now.ground)
+        by_state = r.partials[:, None] @ now.ground.wrench.partials[k]
+        return Residual(r.value, *np.split(by_state[:, 0], 3, axis=1))
+
+    def pass_on(now: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
+        r = joined(now.ground)
+        np.add.at(adjoint.wrench, k, multipliers[:, None] * r.partials)
+        np.add.at(adjoint.wrench_second, k, multipliers[:, None, None] * r.second)
+
+    lower = np.full(len(k), least)
+    bounds = lower, lower + np.inf
+    return Constraint(name, equation, unit, *bounds, k, _all(k), what, evaluate, pass_on)

@@ -17,10 +17,11 @@ import pinocchio as pin
 
 from human_gait import dh
 from human_gait.body import SIDES, Body
-from human_gait.jet import Jet
+from human_gait.jet import Linearised
 from human_gait.model import build_model
 from human_gait.recursive_lagrangian import inverse_dynamics_derivatives
 from human_gait.skeleton import BRANCHES, N_DOF, SEGMENTS
+from human_gait.spatial import cross, cross_force, cross_motion
 from human_gait.urdf import link_to_dh
 
 FloatArray = npt.NDArray[np.float64]
@@ -46,7 +47,7 @@ class InverseDynamics:
 
     Attributes
     ----------
-    torque : Jet (K, 55), [N m] and [N]
+    torque : Linearised (K, 55), [N m] and [N]
         Partials (K, 55, 165) in q, v, a.
     axes : (K, 6, 55) array
         Spatial joint axes about the world's origin.
@@ -54,7 +55,7 @@ class InverseDynamics:
         Links of ``FOOT_LINKS`` (URDF link frames) in the world.
     """
 
-    torque: Jet
+    torque: Linearised
     axes: FloatArray
     foot_poses: FloatArray
 
@@ -96,10 +97,11 @@ class PinocchioDynamics:
             pin.computeRNEADerivatives(self.model, data, q[k], v[k], a[k])
             tau[k], axes[k] = data.tau, data.J
             partials[k, :, 0], partials[k, :, 1] = data.dtau_dq, data.dtau_dv
-            partials[k, :, 2] = _symmetric(data.M)
+            partials[k, :, 2] = data.M
             for place in np.ndindex(FOOT_LINKS.shape):
                 poses[k][place] = data.oMi[int(FOOT_LINKS[place]) + 1].homogeneous
-        return InverseDynamics(Jet(tau, partials.reshape(K, N_DOF, -1)), axes, poses)
+        partials[:, :, 2] = symmetric(partials[:, :, 2])  # of M only the upper triangle is filled
+        return InverseDynamics(Linearised(tau, partials.reshape(K, N_DOF, -1)), axes, poses)
 
 
 class RecursiveDynamics:
@@ -114,21 +116,20 @@ class RecursiveDynamics:
         tau, *by_state = inverse_dynamics_derivatives(self.body, q, v, a)
         P, A = dh.frames(self.body.table, q)
         poses = A[:, FOOT_LINKS] @ self._to_links[FOOT_LINKS]
-        torque = Jet(tau, np.concatenate(by_state, axis=-1))
+        torque = Linearised(tau, np.concatenate(by_state, axis=-1))
         return InverseDynamics(torque, self._axes(P), poses)
 
     def _axes(self, P: FloatArray) -> FloatArray:
         """Return the spatial axes (K, 6, 55): z of P_j = A_p B_j, through the origin of P_j."""
         z, origin = P[..., :3, 2], P[..., :3, 3]
         slides = self.body.table.prismatic[:, None]
-        linear, angular = np.where(slides, z, np.cross(origin, z)), np.where(slides, 0.0, z)
+        linear, angular = np.where(slides, z, cross(origin, z)), np.where(slides, 0.0, z)
         return np.concatenate([linear, angular], axis=-1).swapaxes(1, 2)
 
 
-def _symmetric(M: FloatArray) -> FloatArray:
-    """Return M from its upper triangle, all that computeRNEADerivatives fills."""
-    upper = np.triu(M)
-    return upper + np.triu(M, 1).T
+def symmetric(M: FloatArray) -> FloatArray:
+    """Return matrices (..., n, n) from their upper triangles."""
+    return np.asarray(np.triu(M) + np.triu(M, 1).swapaxes(-1, -2))
 
 
 def load_torques(axes: FloatArray, wrench: FloatArray) -> FloatArray:
@@ -142,16 +143,45 @@ def load_torques_dq(axes: FloatArray, wrench: FloatArray) -> FloatArray:
     return np.asarray(np.tril(turned, -1))
 
 
-def load_jet(axes: FloatArray, chain: npt.NDArray[np.intp], wrench: Jet) -> Jet:
+def linearised_load(
+    axes: FloatArray, chain: npt.NDArray[np.intp], wrench: Linearised
+) -> Linearised:
     """Return the torques of a wrench that itself depends on the state, on one chain of joints."""
     S = axes[:, :, chain]
-    partials = np.einsum("kxi,kxs->kis", S, wrench.partials)
+    partials = S.swapaxes(1, 2) @ wrench.partials
     partials[:, :, chain] += load_torques_dq(S, wrench.value)
-    return Jet(load_torques(S, wrench.value), partials)
+    return Linearised(load_torques(S, wrench.value), partials)
+
+
+def load_hessian(axes: FloatArray, weights: FloatArray, wrench: FloatArray) -> FloatArray:
+    """Return the second derivatives of sum w_i S_i^T F by q on one chain of joints, (K, c, c).
+
+    Parameters
+    ----------
+    axes : (K, 6, c) array
+    weights : (K, c) array
+        w_i, constant.
+    wrench : (K, 6) array
+        F, constant in the world.
+
+    Notes
+    -----
+    d2/dq_i dq_j = F^T (S_i x d_j), d_j = S_j x sum of w_k S_k below j, for i above j or equal.
+    """
+    S = axes.swapaxes(1, 2)
+    upper = -cross_force(S, wrench[:, None]) @ weighted_axes_dq(axes, weights)
+    return symmetric(upper)
+
+
+def weighted_axes_dq(axes: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return d(sum of w_i S_i)/dq_j (K, 6, c) on one chain of joints."""
+    S = axes.swapaxes(1, 2)
+    moved = S * weights[..., None]
+    below = np.flip(np.cumsum(np.flip(moved, 1), axis=1), 1) - moved
+    return cross_motion(S, below).swapaxes(1, 2)
 
 
 def _turned_axes(axes: FloatArray) -> FloatArray:
     """Return S_j x S_i (K, j, i, 6), the spatial cross product of motions."""
-    linear, angular = axes[:, :3].swapaxes(1, 2), axes[:, 3:].swapaxes(1, 2)
-    lj, wj, li, wi = linear[:, :, None], angular[:, :, None], linear[:, None], angular[:, None]
-    return np.concatenate([np.cross(wj, li) + np.cross(lj, wi), np.cross(wj, wi)], axis=-1)
+    S = axes.swapaxes(1, 2)
+    return cross_motion(S[:, :, None], S[:, None])

@@ -14,7 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from human_gait.body import SIDES, Body
-from human_gait.dynamics import CHAINS, FOOT_LINKS, InverseDynamics
+from human_gait.dynamics import CHAINS, FOOT_LINKS, InverseDynamics, symmetric
+from human_gait.spatial import cross
 from human_gait.urdf import link_to_dh
 
 FloatArray = npt.NDArray[np.float64]
@@ -52,6 +53,47 @@ class Feet:
         right, left = (self._foot(f, dynamics, v) for f in range(len(SIDES)))
         return right, left
 
+    def hessian(
+        self,
+        dynamics: InverseDynamics,
+        motion: FootMotion,
+        v: FloatArray,
+        f: int,
+        by_position: FloatArray,
+        by_velocity: FloatArray,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return second derivatives of weighted positions and velocities of one foot's points.
+
+        Parameters
+        ----------
+        dynamics, motion, v
+            As of `motion`, of the foot.
+        f : int
+            0 for the right, 1 for the left foot.
+        by_position, by_velocity : (K, 4, 3) array
+            The weights.
+
+        Returns
+        -------
+        by q and q, by q and v : (K, 13, 13) array
+            On the chain of the foot; by v twice they vanish.
+
+        Notes
+        -----
+        With d2 p/dq_i dq_j = w_i x J_j the sum over the points of weights c is w_i . sum J_j x c;
+        for velocities it enters by q and v, and its rate by q twice.
+        """
+        w = dynamics.axes[:, 3:, CHAINS[f]].swapaxes(1, 2)
+        J, J_rate = (x.transpose(0, 3, 1, 2) for x in (motion.jacobian, motion.velocity_dq))
+        turned = np.cumsum(w * v[:, CHAINS[f], None], axis=1)
+        w_rate = cross(turned, w)
+        places, speeds = by_position[:, None], by_velocity[:, None]
+        at, moving, onward = (
+            cross(*pair).sum(axis=2).swapaxes(1, 2)
+            for pair in ((J, places), (J, speeds), (J_rate, speeds))
+        )
+        return symmetric(w @ (at + onward) + w_rate @ moving), symmetric(w @ moving)
+
     def _foot(self, f: int, dynamics: InverseDynamics, v: FloatArray) -> FootMotion:
         S, speed = dynamics.axes[:, :, CHAINS[f]], v[:, CHAINS[f]]
         linear, angular = (part.swapaxes(1, 2) for part in (S[:, :3], S[:, 3:]))
@@ -71,13 +113,13 @@ class Feet:
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Return position, velocity and their partials of one point (K, 4) at K instants."""
         p = place[:, :3]
-        J = linear + np.cross(angular, p[:, None])
+        J = linear + cross(angular, p[:, None])
         if not on_toes:
             J[:, -1] = 0.0  # the toe joint does not move the rear foot
         moved = J * speed[..., None]
         turned = np.cumsum(angular * speed[..., None], axis=1)  # joints above and at j
         below = np.flip(np.cumsum(np.flip(moved, 1), axis=1), 1) - moved  # joints below j
-        dv = np.cross(turned, J) + np.cross(angular, below)
+        dv = cross(turned, J) + cross(angular, below)
         if not on_toes:
             dv[:, -1] = 0.0
         return p, moved.sum(axis=1), J.swapaxes(1, 2), dv.swapaxes(1, 2)

@@ -24,9 +24,19 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from human_gait.adjoint import Adjoint
 from human_gait.contact_plan import LEFT, RIGHT, ContactPlan
-from human_gait.dynamics import CHAINS, ROOT, InverseDynamics, load_jet, load_torques_dq
-from human_gait.jet import Jet, cross, stack
+from human_gait.dynamics import (
+    CHAINS,
+    ROOT,
+    InverseDynamics,
+    linearised_load,
+    load_hessian,
+    load_torques_dq,
+    weighted_axes_dq,
+)
+from human_gait.jet import Jet, Linearised, cross, stack
+from human_gait.skeleton import N_DOF
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -39,8 +49,12 @@ _TOE_BLEND = (-0.010, 0.020)  # [m] ahead of the metatarsal heads: from the rear
 class GroundReaction:
     """What the ground does to the feet at K instants.
 
+    Everything is a function of the wrench; the derivatives of the jets are those in its six parts.
+
     Attributes
     ----------
+    wrench : Linearised (K, 6), [N], [N m]
+        All that the ground has to give, about the world's origin, with partials in q, v, a.
     force : Jet (K, 3), [N]
         R, all that the ground carries.
     zmp : Jet (K, 2), [m]
@@ -57,6 +71,7 @@ class GroundReaction:
         Share of the foot's wrench that acts on its toes; the rest acts on the rear foot.
     """
 
+    wrench: Linearised
     force: Jet
     zmp: Jet
     yaw_moment: Jet
@@ -65,20 +80,27 @@ class GroundReaction:
     wrenches: tuple[Jet, Jet]
     toe_share: tuple[Jet, Jet]
 
+    def in_state(self, quantity: Jet) -> Linearised:
+        """Return one of the quantities (K, ...) with partials in q, v, a."""
+        by_wrench = quantity.partials
+        by_state = by_wrench.reshape(len(by_wrench), -1, 6) @ self.wrench.partials
+        return Linearised(quantity.value, by_state.reshape(*quantity.value.shape, -1))
+
 
 def ground_reaction(
     dynamics: InverseDynamics, plan: ContactPlan, times: FloatArray
 ) -> GroundReaction:
     """Return the ground reaction at the instants `times` (K,) of the step."""
     wrench = root_wrench(dynamics)
-    R, M = wrench[:, :3], wrench[:, 3:]
+    F = Jet.variables(wrench.value)
+    R, M = F[:, :3], F[:, 3:]
     zmp = stack([M[:, 2] / R[:, 1], -M[:, 0] / R[:, 1]])
     yaw_moment = M[:, 1] - (zmp[:, 1] * R[:, 0] - zmp[:, 0] * R[:, 2])
     both = plan.double_support(times)
     A, B = (point[:, [0, 2]] for point in plan.transfer_points(times))
     l2 = _leading_share(zmp, A, B, both)
     e = zmp - stack([l2 * side for side in (B - A).T]) - A
-    pressure = tuple(_where(both, e + point, zmp) for point in (A, B))
+    pressure = tuple((e + point).where(both, zmp) for point in (A, B))
     shares = (1.0 - l2, l2)
     apart = l2 * (1.0 - l2) * R[:, 1] * plan.spread
     leaning = [stack([apart * side for side in h.T]) for h in (B - A, A - B)]
@@ -89,10 +111,10 @@ def ground_reaction(
     toes = tuple(
         _toe_share(point[:, 1] - ball) for point, ball in zip(pressure, plan.balls, strict=True)
     )
-    return GroundReaction(R, zmp, yaw_moment, l2, pressure, wrenches, toes)  # type: ignore[arg-type]
+    return GroundReaction(wrench, R, zmp, yaw_moment, l2, pressure, wrenches, toes)  # type: ignore[arg-type]
 
 
-def root_wrench(dynamics: InverseDynamics) -> Jet:
+def root_wrench(dynamics: InverseDynamics) -> Linearised:
     """Return the wrench (K, 6) about the world's origin that the global DOF would have to give.
 
     It solves J^T F = tau_1..6, J the spatial axes of the global DOF.
@@ -102,10 +124,10 @@ def root_wrench(dynamics: InverseDynamics) -> Jet:
     wrench = np.asarray(np.linalg.solve(J_T, torque.value[..., None])[..., 0], dtype=float)
     partials = torque.partials.copy()
     partials[:, :, ROOT] -= load_torques_dq(axes, wrench)
-    return Jet(wrench, np.asarray(np.linalg.solve(J_T, partials), dtype=float))
+    return Linearised(wrench, np.asarray(np.linalg.solve(J_T, partials), dtype=float))
 
 
-def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction) -> Jet:
+def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction) -> Linearised:
     """Return the torques (K, 55) with the ground reaction; those of the global DOF vanish.
 
     The toe joint carries what acts ahead of the metatarsal heads: the share of the foot's wrench
@@ -114,13 +136,47 @@ def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction) -> Jet:
     value, partials = dynamics.torque.value.copy(), dynamics.torque.partials.copy()
     for f in (RIGHT, LEFT):
         chain = CHAINS[f]
-        load = load_jet(dynamics.axes, chain, reaction.wrenches[f])
-        toes = load[:, -1] * reaction.toe_share[f]
-        value[:, chain[:-1]] -= load.value[:, :-1]
-        partials[:, chain[:-1]] -= load.partials[:, :-1]
-        value[:, chain[-1]] -= toes.value
-        partials[:, chain[-1]] -= toes.partials
-    return Jet(value, partials)
+        for wrench, joints in zip(link_wrenches(reaction, f), (chain[:-1], chain), strict=True):
+            load = linearised_load(dynamics.axes, joints, reaction.in_state(wrench))
+            value[:, joints] -= load.value
+            partials[:, joints] -= load.partials
+    return Linearised(value, partials)
+
+
+def link_wrenches(reaction: GroundReaction, f: int) -> tuple[Jet, Jet]:
+    """Return what acts on the rear foot and on the toes of foot f, each (K, 6)."""
+    whole, share = reaction.wrenches[f], reaction.toe_share[f]
+    toes = stack([whole[:, i] * share for i in range(6)])
+    return whole - toes, toes
+
+
+def pass_on_torques(
+    dynamics: InverseDynamics, reaction: GroundReaction, adjoint: Adjoint
+) -> tuple[FloatArray, FloatArray]:
+    """Take account of the forces on the feet in a weighted sum of joint torques.
+
+    That is - sum w_i S_i^T W(F) with w = ``adjoint.torque``, W what acts on the links of the feet
+    and F the wrench of the ground. What the sum owes to F is added to the adjoint.
+
+    Returns
+    -------
+    second : (K, 55, 55) array
+        Second derivatives by q, F constant: the axes S move.
+    mixed : (K, 55, 6) array
+        Second derivatives by q and F.
+    """
+    K = len(adjoint.torque)
+    second, mixed = np.zeros((K, N_DOF, N_DOF)), np.zeros((K, N_DOF, 6))
+    for f in (RIGHT, LEFT):
+        chain = CHAINS[f]
+        for wrench, joints in zip(link_wrenches(reaction, f), (chain[:-1], chain), strict=True):
+            S, w = dynamics.axes[:, :, joints], adjoint.torque[:, joints]
+            push = (S @ w[..., None]).swapaxes(1, 2)
+            adjoint.wrench[:] -= (push @ wrench.partials)[:, 0]
+            adjoint.wrench_second[:] -= (push @ wrench.second.reshape(K, 6, 36)).reshape(K, 6, 6)
+            mixed[:, joints] -= weighted_axes_dq(S, w).swapaxes(1, 2) @ wrench.partials
+            second[:, joints[:, None], joints] -= load_hessian(S, w, wrench.value)
+    return second, mixed
 
 
 def _leading_share(zmp: Jet, A: FloatArray, B: FloatArray, both: BoolArray) -> Jet:
@@ -128,18 +184,13 @@ def _leading_share(zmp: Jet, A: FloatArray, B: FloatArray, both: BoolArray) -> J
     along = (B - A) / np.sum((B - A) ** 2, axis=1, keepdims=True)
     offset = zmp - A
     s: Jet = offset[:, 0] * along[:, 0] + offset[:, 1] * along[:, 1]
-    return (s.map(_ramp, _ramp_slope) - (s - 1.0).map(_ramp, _ramp_slope)).where(both, 1.0)
-
-
-def _where(both: BoolArray, first: Jet, second: Jet) -> Jet:
-    choose = both[:, None]
-    partials = np.where(choose[..., None], first.partials, second.partials)
-    return Jet(np.where(choose, first.value, second.value), partials)
+    l2 = s.map(*_RAMP) - (s - 1.0).map(*_RAMP)
+    return l2.where(both, 1.0)
 
 
 def _foot_wrench(pressure: Jet, R: Jet, yaw_moment: Jet, share: Jet, h: Jet) -> Jet:
     """Return the share of R and of the vertical moment, and h (x and z), at the pressure point."""
-    height = Jet(0.0 * yaw_moment.value, 0.0 * yaw_moment.partials)
+    height = 0.0 * yaw_moment
     force = stack([R[:, 0] * share + h[:, 0], R[:, 1] * share, R[:, 2] * share + h[:, 1]])
     moment = cross(stack([pressure[:, 0], height, pressure[:, 1]]), force)
     turned = moment[:, 1] + yaw_moment * share
@@ -154,7 +205,7 @@ def share_on_toes(ahead: FloatArray) -> FloatArray:
 
 def _toe_share(ahead: Jet) -> Jet:
     start, end = _TOE_BLEND
-    return ((ahead - start) / (end - start)).map(_step, _step_slope)
+    return ((ahead - start) / (end - start)).map(_step, _step_slope, _step_bend)
 
 
 def _ramp(s: FloatArray) -> FloatArray:
@@ -169,6 +220,14 @@ def _ramp_slope(s: FloatArray) -> FloatArray:
     return np.asarray(3 * u**2 - 2 * u**3)
 
 
+def _ramp_bend(s: FloatArray) -> FloatArray:
+    u = np.clip((s + _ROUNDING) / (2 * _ROUNDING), 0.0, 1.0)
+    return np.asarray(3 * u * (1 - u) / _ROUNDING)
+
+
+_RAMP = (_ramp, _ramp_slope, _ramp_bend)
+
+
 def _step(x: FloatArray) -> FloatArray:
     """Return a smooth step from 0 to 1, twice continuously differentiable."""
     u = np.clip(x, 0.0, 1.0)
@@ -178,3 +237,8 @@ def _step(x: FloatArray) -> FloatArray:
 def _step_slope(x: FloatArray) -> FloatArray:
     u = np.clip(x, 0.0, 1.0)
     return np.asarray(30 * u**2 * (1 - u) ** 2)
+
+
+def _step_bend(x: FloatArray) -> FloatArray:
+    u = np.clip(x, 0.0, 1.0)
+    return np.asarray(60 * u * (1 - u) * (1 - 2 * u))

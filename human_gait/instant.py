@@ -7,15 +7,23 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from human_gait.adjoint import Adjoint
 from human_gait.body import make_body
 from human_gait.carried_load import CarriedForce
 from human_gait.contact_plan import ContactPlan
-from human_gait.dynamics import make_dynamics
+from human_gait.curvature import TreeCurvature
+from human_gait.dynamics import CHAINS, ROOT, InverseDynamics, make_dynamics
 from human_gait.feet import Feet, FootMotion
-from human_gait.ground_reaction import GroundReaction, ground_reaction, joint_torques
-from human_gait.jet import Jet
+from human_gait.ground_reaction import (
+    GroundReaction,
+    ground_reaction,
+    joint_torques,
+    pass_on_torques,
+)
+from human_gait.jet import Linearised
 from human_gait.passive import PassiveJoints
 from human_gait.scenario import Scenario
+from human_gait.skeleton import N_DOF
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -27,21 +35,24 @@ class Instants:
     Attributes
     ----------
     t : (K,) array, [s]
+    dynamics : InverseDynamics
+        Without ground reaction.
     q, v, a : (K, 55) array
-    torque : Jet (K, 55), [N m], [N]
+    torque : Linearised (K, 55), [N m], [N]
         Joint torques with the ground reaction: what muscles and tissues give together.
-    muscle_torque : Jet (K, 55), [N m]
+    muscle_torque : Linearised (K, 55), [N m]
         The part that the muscles give: `torque` without the passive torques.
     ground : GroundReaction
     feet : FootMotion of the right and of the left foot
     """
 
     t: FloatArray
+    dynamics: InverseDynamics
     q: FloatArray
     v: FloatArray
     a: FloatArray
-    torque: Jet
-    muscle_torque: Jet
+    torque: Linearised
+    muscle_torque: Linearised
     ground: GroundReaction
     feet: tuple[FootMotion, FootMotion]
 
@@ -60,6 +71,7 @@ class Walker:
         self.body = make_body(scenario.subject, scenario.load)
         self.plan = ContactPlan(scenario, self.body)
         self._dynamics = make_dynamics(self.body, dynamics)
+        self._curvature = TreeCurvature(self.body.table, self.body.pseudo_inertia())
         self._feet = Feet(self.body)
         self._carried = CarriedForce(self.body) if scenario.load.model == "force" else None
         pays_for_all = scenario.objective.passive_torques == "none"
@@ -74,4 +86,50 @@ class Walker:
         torque = joint_torques(dynamics, ground)
         muscle_torque = torque - self._passive.torque(q, v) if self._passive else torque
         feet = self._feet.motion(dynamics, v)
-        return Instants(t, q, v, a, torque, muscle_torque, ground, feet)
+        return Instants(t, dynamics, q, v, a, torque, muscle_torque, ground, feet)
+
+    def hessian(self, now: Instants, adjoint: Adjoint) -> FloatArray:
+        """Return the second derivatives (K, 165, 165) of a weighted sum in q, v, a.
+
+        The chain rule: second derivatives of what the sum is made of, with the adjoint for weights,
+        and products of first ones. The adjoint is used up.
+        """
+        adjoint.torque[:, ROOT] = 0.0  # the global DOF have no torque, whatever the motion
+        dynamics = now.dynamics
+        own, mixed = pass_on_torques(dynamics, now.ground, adjoint)
+        weights = adjoint.torque, adjoint.wrench
+        tree = self._curvature.hessian((now.q, now.v, now.a), dynamics.axes, *weights)
+        qq, qv = tree.qq, tree.qv
+        qq += own + adjoint.posture_second
+        if self._passive:
+            qq -= self._passive.hessian(now.q, adjoint.torque)
+        if self._carried:
+            qq += self._carried.hessian(now.q, dynamics.axes, *weights)
+        for f, chain in enumerate(CHAINS):
+            weights = adjoint.position[:, f], adjoint.velocity[:, f]
+            by_qq, by_qv = self._feet.hessian(dynamics, now.feet[f], now.v, f, *weights)
+            qq[:, chain[:, None], chain] += by_qq
+            qv[:, chain[:, None], chain] += by_qv
+        second = _squares(now, adjoint, mixed)
+        blocks = second.reshape(-1, 3, N_DOF, 3, N_DOF)
+        blocks[:, 0, :, 0] += qq
+        blocks[:, 0, :, 1] += qv
+        blocks[:, 1, :, 0] += qv.swapaxes(1, 2)
+        blocks[:, 0, :, 2] += tree.qa
+        blocks[:, 2, :, 0] += tree.qa.swapaxes(1, 2)
+        blocks[:, 1, :, 1] += tree.vv
+        return second
+
+
+def _squares(now: Instants, adjoint: Adjoint, mixed: FloatArray) -> FloatArray:
+    """Return products of first derivatives (K, 165, 165): of the torques, the wrench, and both.
+
+    J^T w J + F^T H F + (mixed F + its transpose), J and F the partials of torques and wrench.
+    """
+    J, F = now.muscle_torque.partials, now.ground.wrench.partials
+    by_q = np.zeros((len(F), 6, 3 * N_DOF))
+    by_q[:, :, :N_DOF] = mixed.swapaxes(1, 2)
+    left = np.concatenate([J, F, by_q], axis=1)
+    bent = adjoint.wrench_second @ F + by_q
+    right = np.concatenate([J * adjoint.torque_second[..., None], bent, F], axis=1)
+    return np.asarray(left.swapaxes(1, 2) @ right)

@@ -1,4 +1,4 @@
-"""Values together with their partial derivatives in the state (q, v, a) of the instant."""
+"""Values together with their partial derivatives at each instant."""
 
 from __future__ import annotations
 
@@ -13,10 +13,8 @@ FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Jet:
-    """A quantity at K instants and its gradient in the S state variables of each instant.
-
-    Arithmetic follows the sum, product and quotient rules; anything that is not a Jet is constant.
+class Linearised:
+    """A quantity at K instants and its gradient in the S = 165 of the state (q, v, a).
 
     Attributes
     ----------
@@ -27,35 +25,69 @@ class Jet:
     value: FloatArray
     partials: FloatArray
 
+    def __getitem__(self, key: Any) -> Linearised:
+        """Index the value; the partials follow."""
+        return Linearised(self.value[key], self.partials[key])
+
+    def __sub__(self, other: Linearised) -> Linearised:
+        return Linearised(self.value - other.value, self.partials - other.partials)
+
+
+@dataclass(frozen=True)
+class Jet:
+    """A quantity at K instants with its first and second derivatives in a few (S) variables.
+
+    Arithmetic follows the sum, product and quotient rules; anything that is not a Jet is constant.
+
+    Attributes
+    ----------
+    value : (K, ...) array
+    partials : (K, ..., S) array
+    second : (K, ..., S, S) array
+        Symmetric.
+    """
+
+    value: FloatArray
+    partials: FloatArray
+    second: FloatArray
+
     __array_ufunc__ = None  # array * jet is left to the jet
 
+    @classmethod
+    def variables(cls, value: FloatArray) -> Jet:
+        """Return S independent variables (K, S)."""
+        K, S = value.shape
+        return cls(value, np.tile(np.eye(S), (K, 1, 1)), np.zeros((K, S, S, S)))
+
     def __getitem__(self, key: Any) -> Jet:
-        """Index the value; the partials follow."""
-        return Jet(self.value[key], self.partials[key])
+        """Index the value; the derivatives follow."""
+        return Jet(self.value[key], self.partials[key], self.second[key])
 
     def __neg__(self) -> Jet:
-        return Jet(-self.value, -self.partials)
+        return Jet(-self.value, -self.partials, -self.second)
 
     def __add__(self, other: Any) -> Jet:
         if isinstance(other, Jet):
-            return Jet(self.value + other.value, self.partials + other.partials)
-        return Jet(self.value + other, self.partials)
+            sums = self.partials + other.partials, self.second + other.second
+            return Jet(self.value + other.value, *sums)
+        return Jet(self.value + other, self.partials, self.second)
 
     def __sub__(self, other: Any) -> Jet:
         return self.__add__(-other)
 
     def __mul__(self, other: Any) -> Jet:
-        if isinstance(other, Jet):
-            partials = (
-                self.value[..., None] * other.partials + other.value[..., None] * self.partials
-            )
-            return Jet(self.value * other.value, partials)
-        factor = np.asarray(other)
-        return Jet(self.value * factor, factor[..., None] * self.partials)
+        if not isinstance(other, Jet):
+            x = np.asarray(other)[..., None]
+            return Jet(self.value * x[..., 0], self.partials * x, self.second * x[..., None])
+        x, y = self.value[..., None], other.value[..., None]
+        mixed = self.partials[..., :, None] * other.partials[..., None, :]
+        second = mixed + mixed.swapaxes(-1, -2)
+        second += x[..., None] * other.second + y[..., None] * self.second
+        return Jet(self.value * other.value, x * other.partials + y * self.partials, second)
 
     def __truediv__(self, other: Any) -> Jet:
         if isinstance(other, Jet):
-            return self * other.map(lambda y: 1.0 / y, lambda y: -1.0 / y**2)
+            return self * other.map(lambda y: 1 / y, lambda y: -1 / y**2, lambda y: 2 / y**3)
         return self * (1.0 / np.asarray(other))
 
     __radd__ = __add__
@@ -65,21 +97,36 @@ class Jet:
         return (-self).__add__(other)
 
     def map(
-        self, f: Callable[[FloatArray], FloatArray], df: Callable[[FloatArray], FloatArray]
+        self,
+        f: Callable[[FloatArray], FloatArray],
+        df: Callable[[FloatArray], FloatArray],
+        ddf: Callable[[FloatArray], FloatArray],
     ) -> Jet:
-        """Return f of the quantity, given its derivative df."""
-        return Jet(f(self.value), df(self.value)[..., None] * self.partials)
+        """Return f of the quantity, given its first and second derivatives df and ddf."""
+        slope, bend = df(self.value)[..., None], ddf(self.value)[..., None, None]
+        squares = self.partials[..., :, None] * self.partials[..., None, :]
+        second = slope[..., None] * self.second + bend * squares
+        return Jet(f(self.value), slope * self.partials, second)
 
-    def where(self, condition: npt.NDArray[np.bool_], otherwise: float) -> Jet:
-        """Return the quantity where `condition` holds and a constant elsewhere."""
-        partials = np.where(condition[..., None], self.partials, 0.0)
-        return Jet(np.where(condition, self.value, otherwise), partials)
+    def where(self, condition: npt.NDArray[np.bool_], otherwise: Jet | float) -> Jet:
+        """Return the quantity where `condition` holds and another, or a constant, elsewhere."""
+        other = otherwise if isinstance(otherwise, Jet) else Jet(np.asarray(otherwise), *_NONE)
+        on = condition.reshape(*condition.shape, *[1] * (self.value.ndim - condition.ndim))
+        return Jet(
+            np.where(on, self.value, other.value),
+            np.where(on[..., None], self.partials, other.partials),
+            np.where(on[..., None, None], self.second, other.second),
+        )
+
+
+_NONE = (np.zeros(()), np.zeros(()))  # the derivatives of a constant
 
 
 def stack(parts: Sequence[Jet]) -> Jet:
     """Return jets side by side, as a new last axis of the value."""
     value = np.stack([part.value for part in parts], axis=-1)
-    return Jet(value, np.stack([part.partials for part in parts], axis=-2))
+    partials = np.stack([part.partials for part in parts], axis=-2)
+    return Jet(value, partials, np.stack([part.second for part in parts], axis=-3))
 
 
 def cross(a: Jet, b: Jet) -> Jet:

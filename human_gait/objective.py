@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from human_gait.adjoint import Adjoint
 from human_gait.instant import Instants
 from human_gait.scenario import Scenario
 from human_gait.skeleton import N_DOF, torque_limits
@@ -51,3 +52,12 @@ def torque_squared(
     tau, weight = now.muscle_torque, np.multiply.outer(spacing, weights)
     value = float(np.sum(weight * tau.value**2))
     return value, np.einsum("ki,kis->ks", 2.0 * weight * tau.value, tau.partials)
+
+
+def lean_on_torques(
+    now: Instants, spacing: FloatArray, weights: FloatArray, adjoint: Adjoint
+) -> None:
+    """Add the first and second derivatives of the integral by the torques to an adjoint."""
+    weight = 2.0 * np.multiply.outer(spacing, weights)
+    adjoint.torque[:] += weight * now.muscle_torque.value
+    adjoint.torque_second[:] += weight

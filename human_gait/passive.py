@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from human_gait import data
-from human_gait.jet import Jet
+from human_gait.jet import Linearised
 from human_gait.skeleton import DOF_NAMES, N_DOF, index
 
 FloatArray = npt.NDArray[np.float64]
@@ -44,7 +44,7 @@ class PassiveJoints:
         self.stiffness, self.damping = (_column(chosen, key) for key in ("stiffness", "damping"))
         self.rest = np.deg2rad(_column(chosen, "rest_deg"))
 
-    def torque(self, q: FloatArray, v: FloatArray) -> Jet:
+    def torque(self, q: FloatArray, v: FloatArray) -> Linearised:
         """Return the passive torques (K, 55), [N m], at q, v (K, 55)."""
         value = -self.stiffness * (q - self.rest) - self.damping * v
         partials = np.zeros((*q.shape, 3 * N_DOF))
@@ -54,7 +54,18 @@ class PassiveJoints:
             moments, slopes = _sagittal(q[:, leg])
             value[:, leg] += moments
             partials[:, leg[:, None], leg] += slopes
-        return Jet(value, partials)
+        return Linearised(value, partials)
+
+    def hessian(self, q: FloatArray, weights: FloatArray) -> FloatArray:
+        """Return the second derivatives (K, 55, 55) by q of the torques weighted by (K, 55)."""
+        second = np.zeros((*q.shape, N_DOF))
+        for leg in _LEGS:
+            for joint, (terms, _) in enumerate((_HIP, _KNEE, _ANKLE)):
+                for term in terms:
+                    c = np.rad2deg(np.array(term[2:]))
+                    size = weights[:, leg[joint]] * _term(term, q[:, leg])
+                    second[:, leg[:, None], leg] += size[:, None, None] * np.outer(c, c)
+        return second
 
 
 def _sagittal(angles: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,9 +1,8 @@
 """The walk as a Drake MathematicalProgram: control points in, cost and constraints out.
 
 Decision variables are the free control points of all 55 DOF (`bspline`). Rows of constraints know
-their partials in q, v, a (`constraints`); here they become gradients in control points, once:
-
-    d/dP = d/dq N + d/dv N' + d/da N''        (Eq. 31)
+their partials in q, v, a (`constraints`); gradients in control points follow by the chain rule
+(`transcription`).
 
 The solvers see the control points in units that even out how strongly the torques depend on them:
 a swaying pelvis moves the whole body, a turning wrist a hand (`GaitProgram.unit`).
@@ -13,7 +12,7 @@ This is the only place that meets Drake's AutoDiff.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +22,7 @@ from pydrake.math import BsplineBasis
 from pydrake.solvers import MathematicalProgram, MathematicalProgramResult
 from pydrake.trajectories import BsplineTrajectory
 
+from human_gait.adjoint import Adjoint
 from human_gait.bspline import DEGREE, Basis
 from human_gait.constraints import (
     Constraint,
@@ -35,9 +35,10 @@ from human_gait.exceptions import ScenarioError
 from human_gait.gait import Gait
 from human_gait.initial_guess import initial_guess
 from human_gait.instant import Instants, Walker
-from human_gait.objective import torque_squared, torque_weights
+from human_gait.objective import lean_on_torques, torque_squared, torque_weights
 from human_gait.scenario import Scenario
 from human_gait.skeleton import DOF_NAMES, DOF_UNITS, MIRROR_INDEX, N_DOF, in_words, index
+from human_gait.transcription import Transcription
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -114,8 +115,7 @@ class GaitProgram:
         self.basis = basis or Basis.uniform(step_time, grid.control_points, grid.mirrored)
         self.times = np.arange(n + (not grid.mirrored)) * step_time / n
         self._walker = Walker(scenario, dynamics)
-        self._N = [self.basis.matrix(self.times, order) for order in range(3)]
-        self._active = _active_functions(self.basis, self.times)
+        self.transcription = Transcription(self.basis, self.times)
         self._weights = torque_weights(scenario)
         self._spacing = _trapezoids(step_time / n, len(self.times), grid.mirrored)
         self._symmetry = self._symmetry_rows()
@@ -179,8 +179,7 @@ class GaitProgram:
         return self._known[1]
 
     def _evaluated(self, free: FloatArray) -> Instants:
-        P = self._expanded(free)
-        return self._walker.at(self.times, *(N @ P for N in self._N))
+        return self._walker.at(self.times, *self.transcription.motion(self._expanded(free)))
 
     def _expanded(self, free: FloatArray) -> FloatArray:
         return self.basis.expand(free.reshape(-1, N_DOF), self.scenario.walk.step_length)
@@ -188,14 +187,28 @@ class GaitProgram:
     def cost(self, free: FloatArray) -> tuple[float, FloatArray]:
         """Return the objective [N^2 m^2 s] and its gradient in the free control points."""
         value, partials = torque_squared(self.instants(free), self._spacing, self._weights)
-        dq, dv, da = partials.reshape(-1, 3, N_DOF).swapaxes(0, 1)
-        gradient = sum(N.T @ d for N, d in zip(self._N, (dq, dv, da), strict=True))
-        return value, self.basis.fold(np.asarray(gradient)[None]).ravel()
+        return value, self.transcription.gradient(partials)
 
     def residual(self, constraint: Constraint, free: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return rows (r,) of a constraint and their Jacobian (r, m * 55)."""
         residual = constraint.evaluate(self.instants(free))
-        return residual.value, self._chain(constraint, residual)
+        return residual.value, self.transcription.jacobian(constraint, residual)
+
+    def hessian(
+        self, free: FloatArray, cost_factor: float, multipliers: Sequence[FloatArray]
+    ) -> FloatArray:
+        """Return the Hessian of the Lagrangian in the free control points, (m * 55, m * 55).
+
+        Of cost_factor * objective + sum of multipliers * rows, over the nonlinear constraints in
+        the order of `constraints`.
+        """
+        now = self.instants(free)
+        adjoint = Adjoint.none(len(self.times))
+        lean_on_torques(now, cost_factor * self._spacing, self._weights, adjoint)
+        nonlinear = (constraint for constraint in self.constraints if not constraint.linear)
+        for constraint, mu in zip(nonlinear, multipliers, strict=True):
+            constraint.lean(now, mu, adjoint)
+        return self.transcription.hessian(self._walker.hessian(now, adjoint))
 
     def violations(self, free: FloatArray) -> list[Violation]:
         """Return the worst row of every constraint."""
@@ -241,17 +254,6 @@ class GaitProgram:
             for name, unit in zip(DOF_NAMES, DOF_UNITS, strict=True)
         ]
 
-    def pattern(self, constraint: Constraint) -> BoolArray:
-        """Return (r, m * 55) true where the Jacobian of a constraint can differ from zero."""
-        m, columns = self.basis.n_free, constraint.columns
-        functions = self._active[constraint.instants]
-        wrapped = (functions >= m)[:, :, None]  # these control points mirror the first ones
-        dof = np.where(wrapped, MIRROR_INDEX[columns][:, None], columns[:, None])
-        rows = np.arange(len(columns))[:, None, None]
-        pattern = np.zeros((len(columns), m, N_DOF), dtype=bool)
-        pattern[rows, (functions % m)[:, :, None], dof] = True
-        return pattern.reshape(len(columns), -1)
-
     def _worst(self, constraint: Constraint, residual: Residual) -> Violation:
         below, above = constraint.lower - residual.value, residual.value - constraint.upper
         excess = np.maximum(np.maximum(below, above), 0.0)
@@ -295,15 +297,15 @@ class GaitProgram:
         if constraint.linear:
             still = constraint.evaluate(self._evaluated(np.zeros(len(variables))))
             lower, upper = constraint.lower - still.value, constraint.upper - still.value
-            jacobian = self._chain(constraint, still) * self.unit
+            jacobian = self.transcription.jacobian(constraint, still) * self.unit
             rows = prog.AddLinearConstraint(jacobian, lower, upper, variables)
             rows.evaluator().set_description(constraint.name)
             return
         function = _seam(lambda free: self.residual(constraint, free), self.unit)
         binding = prog.AddConstraint(function, constraint.lower, constraint.upper, variables)
-        entries = np.argwhere(self.pattern(constraint))
+        entries = {*zip(*self.transcription.entries(constraint), strict=True)}
         binding.evaluator().set_description(constraint.name)
-        binding.evaluator().SetGradientSparsityPattern([(int(r), int(c)) for r, c in entries])
+        binding.evaluator().SetGradientSparsityPattern(sorted((int(r), int(c)) for r, c in entries))
 
     def _cost(self, x: npt.NDArray[np.object_]) -> object:
         def scaled(free: FloatArray) -> tuple[FloatArray, ...]:
@@ -321,24 +323,11 @@ class GaitProgram:
         torque = self._evaluated(self.guess()).muscle_torque
         by_order = torque.partials.reshape(*torque.value.shape, 3, N_DOF)
         squares = np.einsum("kiod,kipd,i->kopd", by_order, by_order, self._weights)
-        N = np.stack(self._N)
+        N = np.stack([self.basis.matrix(self.times, order) for order in range(3)])
         overlap = np.einsum("okn,pkn->kop", N, N) * COST_SCALE / len(self.times)
         d = np.einsum("kop,kopd->d", overlap, squares)
         d = np.maximum((d + d[MIRROR_INDEX]) / 2, _LEAST_CURVATURE)
         return np.asarray(np.exp2(np.round(-np.log2(d) / 4)))
-
-    def _chain(self, constraint: Constraint, residual: Residual) -> FloatArray:
-        """Return the Jacobian of rows in the free control points, Eq. (31)."""
-        k, columns = constraint.instants, constraint.columns
-        functions = self._active[k]
-        N = [matrix[k[:, None], functions] for matrix in self._N]
-        parts = zip(N, (residual.dq, residual.dv, residual.da), strict=True)
-        blocks = sum(n[:, :, None] * d[:, None, :] for n, d in parts)
-        rows = np.arange(len(k))[:, None, None]
-        jacobian = np.zeros((len(k), self.basis.n_control_points, N_DOF))
-        jacobian[rows, functions[:, :, None], columns[:, None, :]] = blocks
-        folded = self.basis.fold(jacobian)
-        return folded.reshape(len(folded), -1)
 
 
 def build_program(
@@ -427,10 +416,3 @@ def _trapezoids(interval: float, n: int, periodic: bool) -> FloatArray:
     if not periodic:
         spacing[[0, -1]] /= 2
     return spacing
-
-
-def _active_functions(basis: Basis, times: FloatArray) -> npt.NDArray[np.intp]:
-    """Return the four basis functions (K, 4) that are not zero at each instant."""
-    piece = np.searchsorted(basis.breaks, times, side="right") - 1
-    piece = np.clip(piece, 0, basis.n_pieces - 1)
-    return np.asarray(piece[:, None] + np.arange(DEGREE + 1))

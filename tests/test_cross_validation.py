@@ -18,12 +18,12 @@ from human_gait.dynamics import (
     CHAINS,
     FOOT_LINKS,
     PinocchioDynamics,
-    load_jet,
+    linearised_load,
     load_torques,
     load_torques_dq,
 )
 from human_gait.engines import DrakeEngine, PinocchioEngine
-from human_gait.jet import Jet
+from human_gait.jet import Linearised
 from human_gait.recursive_lagrangian import (
     ExternalLoad,
     inverse_dynamics,
@@ -123,10 +123,10 @@ def loaded_torques(body, dynamics, state, loads):
         moved = np.zeros((1, 6, 165))
         moved[0, 3:, chain] = np.cross(linear + np.cross(angular, point), load.force)
         wrench = np.concatenate([load.force, np.cross(point, load.force) + load.moment])
-        torque = load_jet(now.axes, chain, Jet(wrench[None], moved))
+        torque = linearised_load(now.axes, chain, Linearised(wrench[None], moved))
         value[:, chain] -= torque.value
         partials[:, chain] -= torque.partials
-    return Jet(value, partials)
+    return Linearised(value, partials)
 
 
 def path(link):

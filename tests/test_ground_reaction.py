@@ -9,7 +9,7 @@ from human_gait.contact_plan import LEFT, RIGHT
 from human_gait.dynamics import FOOT_LINKS, InverseDynamics
 from human_gait.ground_reaction import ground_reaction
 from human_gait.instant import Walker
-from human_gait.jet import Jet
+from human_gait.jet import Linearised
 from human_gait.recursive_lagrangian import ExternalLoad, inverse_dynamics
 from human_gait.skeleton import SEGMENTS, index
 
@@ -119,13 +119,14 @@ def test_partials_are_the_slopes(walker, now):
 
 
 OUTPUTS = {
-    "force": lambda x: x.ground.force,
-    "zmp": lambda x: x.ground.zmp,
-    "share": lambda x: x.ground.leading_share,
-    "pressure on the right foot": lambda x: x.ground.pressure[0],
-    "pressure on the left foot": lambda x: x.ground.pressure[1],
-    "wrench on the right foot": lambda x: x.ground.wrenches[0],
-    "wrench on the left foot": lambda x: x.ground.wrenches[1],
+    "all that the ground gives": lambda x: x.ground.wrench,
+    "force": lambda x: x.ground.in_state(x.ground.force),
+    "zmp": lambda x: x.ground.in_state(x.ground.zmp),
+    "share": lambda x: x.ground.in_state(x.ground.leading_share),
+    "pressure on the right foot": lambda x: x.ground.in_state(x.ground.pressure[0]),
+    "pressure on the left foot": lambda x: x.ground.in_state(x.ground.pressure[1]),
+    "wrench on the right foot": lambda x: x.ground.in_state(x.ground.wrenches[0]),
+    "wrench on the left foot": lambda x: x.ground.in_state(x.ground.wrenches[1]),
     "torque": lambda x: x.torque,
     "muscle torque": lambda x: x.muscle_torque,
 }
@@ -144,7 +145,7 @@ def by_hand(zmp, times, force=FORCE, yaw_moment=5.0, plan=PLAN):
     wrench = np.zeros((len(point), 55))
     wrench[:, :6] = np.concatenate([np.broadcast_to(force, point.shape), moment], axis=1)
     axes = np.tile(np.eye(6, 55), (len(point), 1, 1))
-    torque = Jet(wrench, np.zeros((len(point), 55, 165)))
+    torque = Linearised(wrench, np.zeros((len(point), 55, 165)))
     dynamics = InverseDynamics(torque, axes, np.zeros((len(point), 2, 2, 4, 4)))
     return ground_reaction(dynamics, plan, np.broadcast_to(times, len(point)))
 

@@ -86,7 +86,7 @@ def test_every_constraint_is_held_against_differences(slopes):
 @pytest.mark.parametrize("name", NAMES)
 def test_the_sparsity_pattern_covers_the_jacobian(problem, name):
     constraint = problem.by_name(name)
-    pattern = problem.program.pattern(constraint)
+    pattern = entries(problem, constraint)
     for seed in range(3):
         free = near_walk(problem.program, seed)
         _, jacobian = problem.program.residual(constraint, free)
@@ -96,14 +96,14 @@ def test_the_sparsity_pattern_covers_the_jacobian(problem, name):
 @pytest.mark.parametrize("name", ["contact position", "soft impact", "arm-leg coupling"])
 def test_the_sparsity_pattern_is_sparse(problem, name):
     """A foot hangs on 13 of 55 DOF, an arm-leg product on 2: most entries are empty."""
-    pattern = problem.program.pattern(problem.by_name(name))
+    pattern = entries(problem, problem.by_name(name))
     assert pattern.mean() < 0.5
 
 
 def test_the_solver_gets_the_pattern(problem):
     for constraint, binding in bindings(problem):
         if not constraint.linear:
-            rows, columns = np.nonzero(problem.program.pattern(constraint))
+            rows, columns = np.nonzero(entries(problem, constraint))
             given = binding.evaluator().gradient_sparsity_pattern()
             assert given == list(zip(rows, columns, strict=True))
 
@@ -149,12 +149,45 @@ def test_drake_may_differentiate_along_any_seed(problem, n_seeds):
     np.testing.assert_allclose(found, expected, rtol=1e-11)
 
 
+CURVED = [
+    c.name for c in build_program(SCENARIOS["normal"]).with_friction().constraints if not c.linear
+]
+
+
+@pytest.mark.parametrize("name", [*CURVED, "cost", "all"])
+def test_second_derivatives(problem, name):
+    """Of each constraint with random multipliers, of the cost, and of all together."""
+    program, rng = problem.program, np.random.default_rng(5)
+    curved = [c for c in program.constraints if not c.linear]
+    on = [c.name for c in curved if name in (c.name, "all")]
+    multipliers = [rng.normal(size=len(c.lower)) * (c.name in on) for c in curved]
+    cost_factor = float(name in ("cost", "all"))
+
+    def gradient(free):
+        parts = zip(curved, multipliers, strict=True)
+        leans = [m @ program.residual(c, free)[1] for c, m in parts if c.name in on]
+        return cost_factor * program.cost(free)[1] + sum(leans)
+
+    second = program.hessian(problem.free, cost_factor, multipliers)
+    np.testing.assert_allclose(second, second.T, atol=1e-13 * np.abs(second).max())
+    along = rng.normal(size=(len(problem.free), 3))
+    slopes = central_difference(gradient, problem.free, along)
+    assert worst(second @ along, slopes) < 1e-5
+
+
 def test_no_variable_is_much_stiffer_than_another(problem):
     """Units tame the slopes of the cost, which differ by a factor of thousands between joints."""
     _, gradient = problem.program.cost(problem.free)
     by_dof = np.abs(gradient).reshape(-1, 55).max(axis=0)
     in_units = np.abs(gradient * problem.unit).reshape(-1, 55).max(axis=0)
     assert in_units.max() / np.median(in_units) < 0.5 * by_dof.max() / np.median(by_dof)
+
+
+def entries(problem, constraint):
+    """True where the Jacobian of a constraint can differ from zero."""
+    found = np.zeros((len(constraint.lower), len(problem.free)), dtype=bool)
+    found[problem.program.transcription.entries(constraint)] = True
+    return found
 
 
 def bindings(problem):

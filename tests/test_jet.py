@@ -1,4 +1,4 @@
-"""Each operation against a complex step through the plain operation."""
+"""Each operation against complex steps through the plain operation and through its gradient."""
 
 import numpy as np
 import pytest
@@ -19,11 +19,17 @@ def vectors(x):
 
 
 def jets(x):
-    values, partials = vectors(x), np.empty((2, K, 3, S))
-    for s in range(S):
-        shifted = x + 1j * STEP * np.eye(S)[s]
-        partials[..., s] = np.stack(vectors(shifted)).imag / STEP
-    return Jet(values[0], partials[0]), Jet(values[1], partials[1])
+    """The vectors as jets: a a + 1 and 2 + sin(b) of linear a and b."""
+    a, b = (np.einsum("ks,is->ki", x, w) for w in WEIGHTS)
+    wa, wb = WEIGHTS
+    squares_a, squares_b = (w[:, :, None] * w[:, None, :] for w in WEIGHTS)
+    first = Jet(
+        a * a + 1.0, 2 * a[..., None] * wa, np.broadcast_to(2.0 * squares_a, (K, 3, S, S)) + 0.0
+    )
+    second = Jet(
+        2.0 + np.sin(b), np.cos(b)[..., None] * wb, -np.sin(b)[..., None, None] * squares_b
+    )
+    return first, second
 
 
 OPERATIONS = {
@@ -50,22 +56,24 @@ OPERATIONS = {
 
 
 @pytest.mark.parametrize("operation", OPERATIONS.values(), ids=OPERATIONS)
-def test_operations_carry_value_and_partials(operation):
-    assert_same(operation(*jets(X)), lambda x: operation(*vectors(x)))
+def test_operations_carry_value_and_derivatives(operation):
+    assert_same(operation, lambda x: operation(*vectors(x)))
 
 
 def test_functions_follow_the_chain_rule():
-    assert_same(jets(X)[0].map(np.exp, np.exp), lambda x: np.exp(vectors(x)[0]))
+    assert_same(
+        lambda a, _: (0.3 * a).map(np.sin, np.cos, lambda y: -np.sin(y)),
+        lambda x: np.sin(0.3 * vectors(x)[0]),
+    )
 
 
 def test_cross_product():
-    assert_same(cross(*jets(X)), lambda x: np.cross(*vectors(x)))
+    assert_same(cross, lambda x: np.cross(*vectors(x)))
 
 
 def test_stacking_makes_a_new_last_axis_of_the_value():
-    a, b = jets(X)
     assert_same(
-        stack([a[:, 0], b[:, 1]]),
+        lambda a, b: stack([a[:, 0], b[:, 1]]),
         lambda x: np.stack([vectors(x)[0][:, 0], vectors(x)[1][:, 1]], axis=-1),
     )
 
@@ -75,13 +83,35 @@ def test_where_the_condition_fails_there_is_a_constant():
     chosen = a[:, 0].where(np.array([True, False, True, False]), 1.0)
     np.testing.assert_array_equal(chosen.value[[1, 3]], 1.0)
     np.testing.assert_array_equal(chosen.partials[[1, 3]], 0.0)
+    np.testing.assert_array_equal(chosen.second[[1, 3]], 0.0)
     np.testing.assert_array_equal(chosen.value[[0, 2]], a.value[[0, 2], 0])
     np.testing.assert_array_equal(chosen.partials[[0, 2]], a.partials[[0, 2], 0])
 
 
-def assert_same(found, function):
-    """Exact but for rounding, which 1e-13 of numbers near one allows for."""
+def test_instants_may_come_from_two_jets():
+    a, b = jets(X)
+    first = np.array([True, False, True, False])
+    chosen = a.where(first, b)
+    for part in ("value", "partials", "second"):
+        for k, source in enumerate((a, b, a, b)):
+            np.testing.assert_array_equal(getattr(chosen, part)[k], getattr(source, part)[k])
+
+
+def test_variables_are_independent():
+    x = Jet.variables(X)
+    np.testing.assert_array_equal(x.value, X)
+    np.testing.assert_array_equal(x.partials, np.tile(np.eye(S), (K, 1, 1)))
+    np.testing.assert_array_equal(x.second, 0.0)
+
+
+def assert_same(operation, function):
+    """Gradients exact but for rounding; second derivatives by central differences of gradients."""
+    found = operation(*jets(X))
     np.testing.assert_allclose(found.value, function(X), rtol=1e-13)
+    h = 1e-6
     for s in range(S):
         expected = function(X + 1j * STEP * np.eye(S)[s]).imag / STEP
         np.testing.assert_allclose(found.partials[..., s], expected, rtol=1e-12, atol=1e-13)
+        ahead, behind = (operation(*jets(X + d * np.eye(S)[s])).partials for d in (h, -h))
+        slope, scale = (ahead - behind) / (2 * h), np.abs(found.second).max()
+        np.testing.assert_allclose(found.second[..., s], slope, atol=1e-8 * scale + 1e-8)

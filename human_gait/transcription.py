@@ -1,0 +1,114 @@
+"""From control points to instants and back: the chain rule of Eq. (31), in one place.
+
+Rows of constraints and second derivatives know the state (q, v, a) of an instant; in control points
+
+    d/dP = d/dq N + d/dv N' + d/da N''.
+
+An instant couples only the four control points whose basis functions are not zero there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import coo_array
+
+from human_gait.bspline import DEGREE, Basis
+from human_gait.constraints import Constraint, Residual
+from human_gait.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+
+class Transcription:
+    """The motion of a basis at the instants of a grid.
+
+    Parameters
+    ----------
+    basis : Basis
+    times : (K,) array, [s]
+    """
+
+    def __init__(self, basis: Basis, times: FloatArray) -> None:
+        self.basis, self.times = basis, times
+        self._N = [basis.matrix(times, order) for order in range(3)]
+        self._active = _active_functions(basis, times)
+        at = np.arange(len(times))[:, None]
+        self._active_N = np.stack([matrix[at, self._active] for matrix in self._N])
+
+    def motion(self, control_points: FloatArray) -> list[FloatArray]:
+        """Return q, v, a (K, 55) from all control points (n, 55)."""
+        return [N @ control_points for N in self._N]
+
+    def gradient(self, partials: FloatArray) -> FloatArray:
+        """Return the gradient (m * 55,) of what has partials (K, 165) in q, v, a."""
+        by_order = partials.reshape(-1, 3, N_DOF)
+        by_point = sum(N.T @ by_order[:, order] for order, N in enumerate(self._N))
+        return self.basis.fold(np.asarray(by_point)[None]).ravel()
+
+    def entries(self, constraint: Constraint) -> tuple[IntArray, IntArray]:
+        """Return row and column of every entry of a Jacobian that can differ from zero.
+
+        With three free control points an entry can occur twice: the two are to be added.
+        """
+        j, d, _ = self._places(constraint)
+        rows = np.broadcast_to(np.arange(len(j))[:, None, None], d.shape)
+        return rows.ravel(), (j * N_DOF + d).ravel()
+
+    def values(self, constraint: Constraint, residual: Residual) -> FloatArray:
+        """Return the entries of a Jacobian in the order of `entries`."""
+        _, _, sign = self._places(constraint)
+        N = self._active_N[:, constraint.instants]
+        parts = zip(N, (residual.dq, residual.dv, residual.da), strict=True)
+        blocks = sum(n[:, :, None] * d[:, None, :] for n, d in parts)
+        return np.asarray(blocks * sign).ravel()
+
+    def jacobian(self, constraint: Constraint, residual: Residual) -> FloatArray:
+        """Return the Jacobian (r, m * 55) of the rows of a constraint."""
+        shape = len(constraint.instants), self.basis.n_free * N_DOF
+        entries = self.values(constraint, residual), self.entries(constraint)
+        return np.asarray(coo_array(entries, shape=shape).toarray())
+
+    def hessian(self, second: FloatArray) -> FloatArray:
+        """Return the second derivatives (m * 55, m * 55) of what has (K, 165, 165) in q, v, a."""
+        n, K = self.basis.n_control_points, len(self.times)
+        by_point = np.zeros((n, N_DOF, n, N_DOF))
+        # d2/dP_i dP_j = sum over the instants and orders of N_i^(o) N_j^(p) d2/dx_o dx_p
+        half = (self._active_N.transpose(1, 2, 0) @ second.reshape(K, 3, -1)).reshape(
+            K, 4, -1, 3, N_DOF
+        )
+        for first in np.unique(self._active[:, 0]):
+            k = np.flatnonzero(self._active[:, 0] == first)
+            on = slice(first, first + DEGREE + 1)
+            block = np.tensordot(half[k], self._active_N[:, k], axes=((0, 3), (1, 0)))
+            by_point[on, :, on] += block.transpose(0, 1, 3, 2)
+        fold = self.basis.fold
+        once = fold(by_point.reshape(n * N_DOF, n, N_DOF)).reshape(n, N_DOF, -1)
+        return fold(once.transpose(2, 0, 1)).reshape(once.shape[-1], -1)
+
+    def coupled(self) -> npt.NDArray[np.bool_]:
+        """Return (m, m) true where second derivatives of two free control points can be."""
+        m = self.basis.n_free
+        coupled = np.zeros((m, m), dtype=bool)
+        free = self._active % m
+        coupled[free[:, :, None], free[:, None, :]] = True
+        return coupled
+
+    def _places(self, constraint: Constraint) -> tuple[IntArray, IntArray, FloatArray]:
+        """Return free control point (r, 4, 1), DOF and sign (r, 4, c) of each entry, Eq. (26).
+
+        Control points past the free ones are the mirror images of the first ones.
+        """
+        m, columns = self.basis.n_free, constraint.columns[:, None]
+        functions = self._active[constraint.instants][:, :, None]
+        mirrored = functions >= m
+        dof = np.where(mirrored, MIRROR_INDEX[columns], columns)
+        return functions % m, dof, np.where(mirrored, MIRROR_SIGN[columns], 1.0)
+
+
+def _active_functions(basis: Basis, times: FloatArray) -> IntArray:
+    """Return the four basis functions (K, 4) that are not zero at each instant."""
+    piece = np.searchsorted(basis.breaks, times, side="right") - 1
+    piece = np.clip(piece, 0, basis.n_pieces - 1)
+    return np.asarray(piece[:, None] + np.arange(DEGREE + 1))
