@@ -38,6 +38,7 @@ app = typer.Typer(
 class SolverName(StrEnum):
     """The solvers to choose from."""
 
+    NEWTON = "newton"
     SNOPT = "snopt"
     IPOPT = "ipopt"
 
@@ -45,9 +46,10 @@ class SolverName(StrEnum):
 class SolverChoice(StrEnum):
     """One solver, or all of them on the same problem."""
 
+    NEWTON = "newton"
     SNOPT = "snopt"
     IPOPT = "ipopt"
-    BOTH = "both"
+    ALL = "all"
 
 
 class DynamicsName(StrEnum):
@@ -85,30 +87,36 @@ def options(
 def predict(
     scenario: ScenarioFile,
     solver: Annotated[
-        SolverChoice, typer.Option(help="Optimiser; both compares the two.")
-    ] = SolverChoice.SNOPT,
+        SolverChoice, typer.Option(help="Optimiser; all compares them.")
+    ] = SolverChoice.NEWTON,
     dynamics: Engine = DynamicsName.PINOCCHIO,
     seed: Annotated[
         int,
-        typer.Option(min=0, metavar="N", help="Of random starts, where others fail; not for both."),
+        typer.Option(min=0, metavar="N", help="Of random starts, where others fail; not for all."),
     ] = 0,
+    warm_from: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Start from the walk of another result.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else out/<scenario>.")
     ] = None,
 ) -> None:
     """Predict the walk of a scenario and write the result."""
     task = load_scenario(scenario)
+    if warm_from:
+        check_result(warm_from)
     folder = out or Path("out") / task.name
     check_writable(folder)
     try:
-        if solver is SolverChoice.BOTH:
+        if solver is SolverChoice.ALL:
             from human_gait.prediction import predict_by_all_solvers
 
             found = predict_by_all_solvers(task, folder, dynamics.value)
         else:
             from human_gait.prediction import predict_to_folder
 
-            found = predict_to_folder(task, solver.value, folder, dynamics.value, seed)
+            engine = dynamics.value
+            found = predict_to_folder(task, solver.value, folder, engine, seed, warm_from)
     except ScenarioError as error:
         raise error.found_in(str(scenario)) from None
     if not found:
@@ -121,7 +129,7 @@ def refine(
     control_points: Annotated[
         int | None, typer.Option(metavar="N", help="Control points per DOF, else two more.")
     ] = None,
-    solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.SNOPT,
+    solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.NEWTON,
     dynamics: Engine = DynamicsName.PINOCCHIO,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else DIR-refined.")

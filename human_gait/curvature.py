@@ -70,6 +70,14 @@ class StateHessian(NamedTuple):
     qa: FloatArray
     vv: FloatArray
 
+    def dense(self) -> FloatArray:
+        """Return them as matrices (K, 165, 165)."""
+        qq, qv, qa, vv = self
+        vq, aq = qv.swapaxes(1, 2), qa.swapaxes(1, 2)
+        none = np.zeros_like(qq)
+        rows = (qq, qv, qa), (vq, vv, none), (aq, none, none)
+        return np.concatenate([np.concatenate(row, axis=2) for row in rows], axis=1)
+
 
 class TreeCurvature:
     """Second derivatives of weighted torques of one set of rigid links.

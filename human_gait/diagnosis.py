@@ -335,5 +335,5 @@ def _solver(solution: Solution, broken: list[Violation], found: bool) -> Iterato
     if not broken:
         because += "; every constraint is kept"
         yield Suggestion("human-gait refine", "goes on from this motion", because)
-    other = "ipopt" if solution.solver == "snopt" else "snopt"
+    other = "snopt" if solution.solver == "newton" else "newton"
     yield Suggestion("--solver", other, because)

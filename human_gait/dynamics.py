@@ -134,13 +134,17 @@ def symmetric(M: FloatArray) -> FloatArray:
 
 def load_torques(axes: FloatArray, wrench: FloatArray) -> FloatArray:
     """Return S_i^T F (K, c) of c joints for wrenches F (K, 6) about the world's origin."""
-    return np.asarray(np.einsum("kxi,kx->ki", axes, wrench))
+    return np.asarray((wrench[:, None] @ axes)[:, 0])
 
 
 def load_torques_dq(axes: FloatArray, wrench: FloatArray) -> FloatArray:
-    """Return d(S_i^T F)/dq_j (K, c, c) on one chain of joints, F constant in the world."""
-    turned = np.einsum("kjix,kx->kij", _turned_axes(axes), wrench)
-    return np.asarray(np.tril(turned, -1))
+    """Return d(S_i^T F)/dq_j (K, c, c) on one chain of joints, F constant in the world.
+
+    (S_j x S_i)^T F = - S_i^T (S_j x* F) for j above i.
+    """
+    S = axes.swapaxes(1, 2)
+    turned = S @ cross_force(S, wrench[:, None]).swapaxes(1, 2)
+    return np.asarray(-np.tril(turned, -1))
 
 
 def linearised_load(
@@ -179,9 +183,3 @@ def weighted_axes_dq(axes: FloatArray, weights: FloatArray) -> FloatArray:
     moved = S * weights[..., None]
     below = np.flip(np.cumsum(np.flip(moved, 1), axis=1), 1) - moved
     return cross_motion(S, below).swapaxes(1, 2)
-
-
-def _turned_axes(axes: FloatArray) -> FloatArray:
-    """Return S_j x S_i (K, j, i, 6), the spatial cross product of motions."""
-    S = axes.swapaxes(1, 2)
-    return cross_motion(S[:, :, None], S[:, None])

@@ -69,6 +69,8 @@ class GroundReaction:
         On the right and on the left foot, about the world's origin.
     toe_share : tuple of two Jet (K,)
         Share of the foot's wrench that acts on its toes; the rest acts on the rear foot.
+    on_links : tuple of two pairs of Jet (K, 6)
+        The wrenches on rear foot and toes of the right and of the left foot.
     """
 
     wrench: Linearised
@@ -79,6 +81,7 @@ class GroundReaction:
     pressure: tuple[Jet, Jet]
     wrenches: tuple[Jet, Jet]
     toe_share: tuple[Jet, Jet]
+    on_links: tuple[tuple[Jet, Jet], tuple[Jet, Jet]]
 
     def in_state(self, quantity: Jet) -> Linearised:
         """Return one of the quantities (K, ...) with partials in q, v, a."""
@@ -111,7 +114,8 @@ def ground_reaction(
     toes = tuple(
         _toe_share(point[:, 1] - ball) for point, ball in zip(pressure, plan.balls, strict=True)
     )
-    return GroundReaction(wrench, R, zmp, yaw_moment, l2, pressure, wrenches, toes)  # type: ignore[arg-type]
+    links = tuple(_on_links(*pair) for pair in zip(wrenches, toes, strict=True))
+    return GroundReaction(wrench, R, zmp, yaw_moment, l2, pressure, wrenches, toes, links)  # type: ignore[arg-type]
 
 
 def root_wrench(dynamics: InverseDynamics) -> Linearised:
@@ -136,18 +140,11 @@ def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction) -> Linear
     value, partials = dynamics.torque.value.copy(), dynamics.torque.partials.copy()
     for f in (RIGHT, LEFT):
         chain = CHAINS[f]
-        for wrench, joints in zip(link_wrenches(reaction, f), (chain[:-1], chain), strict=True):
+        for wrench, joints in zip(reaction.on_links[f], (chain[:-1], chain), strict=True):
             load = linearised_load(dynamics.axes, joints, reaction.in_state(wrench))
             value[:, joints] -= load.value
             partials[:, joints] -= load.partials
     return Linearised(value, partials)
-
-
-def link_wrenches(reaction: GroundReaction, f: int) -> tuple[Jet, Jet]:
-    """Return what acts on the rear foot and on the toes of foot f, each (K, 6)."""
-    whole, share = reaction.wrenches[f], reaction.toe_share[f]
-    toes = stack([whole[:, i] * share for i in range(6)])
-    return whole - toes, toes
 
 
 def pass_on_torques(
@@ -169,7 +166,7 @@ def pass_on_torques(
     second, mixed = np.zeros((K, N_DOF, N_DOF)), np.zeros((K, N_DOF, 6))
     for f in (RIGHT, LEFT):
         chain = CHAINS[f]
-        for wrench, joints in zip(link_wrenches(reaction, f), (chain[:-1], chain), strict=True):
+        for wrench, joints in zip(reaction.on_links[f], (chain[:-1], chain), strict=True):
             S, w = dynamics.axes[:, :, joints], adjoint.torque[:, joints]
             push = (S @ w[..., None]).swapaxes(1, 2)
             adjoint.wrench[:] -= (push @ wrench.partials)[:, 0]
@@ -195,6 +192,12 @@ def _foot_wrench(pressure: Jet, R: Jet, yaw_moment: Jet, share: Jet, h: Jet) -> 
     moment = cross(stack([pressure[:, 0], height, pressure[:, 1]]), force)
     turned = moment[:, 1] + yaw_moment * share
     return stack([*(force[:, i] for i in range(3)), moment[:, 0], turned, moment[:, 2]])
+
+
+def _on_links(whole: Jet, toe_share: Jet) -> tuple[Jet, Jet]:
+    """Return what acts on the rear foot and on the toes, each (K, 6)."""
+    toes = whole * toe_share[:, None]
+    return whole - toes, toes
 
 
 def share_on_toes(ahead: FloatArray) -> FloatArray:

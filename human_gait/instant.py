@@ -11,7 +11,7 @@ from human_gait.adjoint import Adjoint
 from human_gait.body import make_body
 from human_gait.carried_load import CarriedForce
 from human_gait.contact_plan import ContactPlan
-from human_gait.curvature import TreeCurvature
+from human_gait.curvature import StateHessian, TreeCurvature
 from human_gait.dynamics import CHAINS, ROOT, InverseDynamics, make_dynamics
 from human_gait.feet import Feet, FootMotion
 from human_gait.ground_reaction import (
@@ -57,6 +57,33 @@ class Instants:
     feet: tuple[FootMotion, FootMotion]
 
 
+@dataclass(frozen=True)
+class SecondDerivatives:
+    """Second derivatives of a weighted sum at K instants, in q, v, a, in three parts.
+
+    They are direct + A^T A + B^T C + C^T B.
+
+    Attributes
+    ----------
+    direct : StateHessian
+    rows : (K, r, 165) array
+        A, for the squares of the torques.
+    left, right : (K, 6, 165) array
+        B and C, for products with the wrench.
+    """
+
+    direct: StateHessian
+    rows: FloatArray
+    left: FloatArray
+    right: FloatArray
+
+    def dense(self) -> FloatArray:
+        """Return them as matrices (K, 165, 165)."""
+        mixed = self.left.swapaxes(1, 2) @ self.right
+        squares = self.rows.swapaxes(1, 2) @ self.rows
+        return self.direct.dense() + squares + mixed + mixed.swapaxes(1, 2)
+
+
 class Walker:
     """The body of a scenario on the ground of its plan.
 
@@ -88,8 +115,8 @@ class Walker:
         feet = self._feet.motion(dynamics, v)
         return Instants(t, dynamics, q, v, a, torque, muscle_torque, ground, feet)
 
-    def hessian(self, now: Instants, adjoint: Adjoint) -> FloatArray:
-        """Return the second derivatives (K, 165, 165) of a weighted sum in q, v, a.
+    def second_derivatives(self, now: Instants, adjoint: Adjoint) -> SecondDerivatives:
+        """Return the second derivatives of a weighted sum in q, v, a.
 
         The chain rule: second derivatives of what the sum is made of, with the adjoint for weights,
         and products of first ones. The adjoint is used up.
@@ -98,8 +125,7 @@ class Walker:
         dynamics = now.dynamics
         own, mixed = pass_on_torques(dynamics, now.ground, adjoint)
         weights = adjoint.torque, adjoint.wrench
-        tree = self._curvature.hessian((now.q, now.v, now.a), dynamics.axes, *weights)
-        qq, qv = tree.qq, tree.qv
+        qq, qv, qa, vv = self._curvature.hessian((now.q, now.v, now.a), dynamics.axes, *weights)
         qq += own + adjoint.posture_second
         if self._passive:
             qq -= self._passive.hessian(now.q, adjoint.torque)
@@ -110,26 +136,8 @@ class Walker:
             by_qq, by_qv = self._feet.hessian(dynamics, now.feet[f], now.v, f, *weights)
             qq[:, chain[:, None], chain] += by_qq
             qv[:, chain[:, None], chain] += by_qv
-        second = _squares(now, adjoint, mixed)
-        blocks = second.reshape(-1, 3, N_DOF, 3, N_DOF)
-        blocks[:, 0, :, 0] += qq
-        blocks[:, 0, :, 1] += qv
-        blocks[:, 1, :, 0] += qv.swapaxes(1, 2)
-        blocks[:, 0, :, 2] += tree.qa
-        blocks[:, 2, :, 0] += tree.qa.swapaxes(1, 2)
-        blocks[:, 1, :, 1] += tree.vv
-        return second
-
-
-def _squares(now: Instants, adjoint: Adjoint, mixed: FloatArray) -> FloatArray:
-    """Return products of first derivatives (K, 165, 165): of the torques, the wrench, and both.
-
-    J^T w J + F^T H F + (mixed F + its transpose), J and F the partials of torques and wrench.
-    """
-    J, F = now.muscle_torque.partials, now.ground.wrench.partials
-    by_q = np.zeros((len(F), 6, 3 * N_DOF))
-    by_q[:, :, :N_DOF] = mixed.swapaxes(1, 2)
-    left = np.concatenate([J, F, by_q], axis=1)
-    bent = adjoint.wrench_second @ F + by_q
-    right = np.concatenate([J * adjoint.torque_second[..., None], bent, F], axis=1)
-    return np.asarray(left.swapaxes(1, 2) @ right)
+        J, F = now.muscle_torque.partials[:, len(ROOT) :], now.ground.wrench.partials
+        squared = J * np.sqrt(adjoint.torque_second[:, len(ROOT) :, None])
+        half = adjoint.wrench_second @ F / 2
+        half[:, :, :N_DOF] += mixed.swapaxes(1, 2)
+        return SecondDerivatives(StateHessian(qq, qv, qa, vv), squared, half, F)

@@ -3,11 +3,12 @@
 Most scenarios need the first one only. Every rung is recorded; for a given seed the ladder takes
 the same way every time.
 
-1. The guess from the plan alone, by three posture paths: as a rule, freer, more gently.
+1. The guess from the plan alone: as it is (for ``newton``), then by three posture paths, as a rule,
+   freer, more gently.
 2. Continuation: the same person walks comfortably and unladen first; speed, step and load then move
    to those asked for in two strides, each solve starting from the one before.
 3. The guess, disturbed at random.
-4. The other solver.
+4. The other solvers.
 
 An attempt that ends feasible but not optimal is taken up again where it ended. If all that is wrong
 with a walk is that it would slip, it is taken up with friction as a constraint: hardly any walk
@@ -16,8 +17,8 @@ needs that, and the solvers are quicker without.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain
 
@@ -35,9 +36,10 @@ FloatArray = npt.NDArray[np.float64]
 Tell = Callable[[Iterate], None]
 Run = Callable[..., Solution]
 
-OWN_GUESS, GIVEN = "own guess", "given start"
-_PATHS = {
-    OWN_GUESS: POSTURE,
+OWN_GUESS, GIVEN, WARM = "own guess", "given start", "warm start"
+_PATHS: dict[str, tuple[float, float] | None] = {
+    OWN_GUESS: None,
+    "own guess, by a posture path": POSTURE,
     "own guess, freer": (0.3, 1e-2),
     "own guess, more gently": (1.0, 1.0),
 }
@@ -46,6 +48,27 @@ _COMFORTABLE_SPEED, _COMFORTABLE_STEP = 0.4, 0.71  # of sqrt(g l) and of l, the 
 _SPENT = ("iterations", "evaluations", "wall_time")
 _RANDOM_STARTS = 2
 _DISTURBANCE = 0.1  # standard deviation of every control point, [rad] or [m]
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where to start instead of the ladder's own guesses.
+
+    Attributes
+    ----------
+    name : str
+    point : (m * 55,) array
+        Free control points.
+    multipliers : mapping of str to array
+        That belong to the point, for a warm start (`solver.solve`).
+    alone : bool
+        Whether it is the only one; else the ladder's own follow.
+    """
+
+    name: str
+    point: FloatArray
+    multipliers: Mapping[str, FloatArray] = field(default_factory=dict)
+    alone: bool = True
 
 
 @dataclass(frozen=True)
@@ -87,8 +110,8 @@ class Attempt:
 
 def climb(
     program: GaitProgram,
-    solver: str = "snopt",
-    start: FloatArray | None = None,
+    solver: str = "newton",
+    start: Start | None = None,
     seed: int = 0,
     tell: Callable[[str], Tell | None] = lambda _: None,
     guess: FloatArray | None = None,
@@ -99,9 +122,9 @@ def climb(
     ----------
     program : GaitProgram
     solver : str
-        ``snopt`` or ``ipopt``.
-    start : (m * 55,) array, optional
-        Free control points to start from instead of the ladder's own.
+        One of ``solver.SOLVERS``.
+    start : Start, optional
+        What to start from before the ladder's own guesses, or instead.
     seed : int
         Of the random starts.
     tell : function, optional
@@ -124,7 +147,8 @@ def climb(
     """
     rungs = _rungs(program, solver, seed, guess)
     if start is not None:
-        rungs = iter([(GIVEN, partial(solve, program, solver, start))])
+        run = partial(solve, program, solver, start.point, multipliers=start.multipliers)
+        rungs = chain([(start.name, run)], () if start.alone else rungs)
     attempts: list[Attempt] = []
     try:
         for attempt in chain.from_iterable(_taken(program, *rung, tell) for rung in rungs):
@@ -159,6 +183,8 @@ def _rungs(
     program: GaitProgram, solver: str, seed: int, first: FloatArray | None
 ) -> Iterator[tuple[str, Run]]:
     for name, weights in _PATHS.items():
+        if name != OWN_GUESS and weights == POSTURE and solver != "newton":
+            continue  # the others take this path anyway
         yield name, partial(solve, program, solver, guess=first, weights=weights)
     yield "continuation", partial(_continued, program, solver)
     rng = np.random.default_rng(seed)

@@ -26,14 +26,16 @@ from human_gait.explanation import FILE as EXPLANATION
 from human_gait.explanation import diagnosis_text
 from human_gait.gait import Gait
 from human_gait.gait_cycle import save_gait_cycle
-from human_gait.gait_file import FILE, load_record, save_gait
+from human_gait.gait_file import FILE, load_gait, load_record, save_gait
 from human_gait.influence import influences
-from human_gait.ladder import GIVEN, OWN_GUESS, Attempt, best, climb
+from human_gait.ladder import GIVEN, OWN_GUESS, WARM, Attempt, Start, best, climb
 from human_gait.program import GaitProgram, build_program, refined_program
 from human_gait.result_folder import replaced_folder, whole_file
 from human_gait.scenario import Scenario
 from human_gait.solver import SOLVERS, Iterate, Solution, posture
 from human_gait.verification import Check, verify
+from human_gait.warm_start import FILE as MULTIPLIERS
+from human_gait.warm_start import adapted, fitting, load_multipliers, save_multipliers
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -42,7 +44,7 @@ OURS = (
     *(FILE, SUMMARY, EXPLANATION, VERIFICATION, "gait_cycle.csv", "playback.html"),
     *("compare.json", "compare.csv", "compare.png", "stick_diagram.png", "zmp.png"),
     *("joint_angles.png", "joint_torques.png", "ground_reaction.png"),
-    *(AGREEMENT, *SOLVERS),
+    *(AGREEMENT, MULTIPLIERS, *SOLVERS),
 )
 """Everything that a prediction, or a command about it, writes: it goes with the old result."""
 PACKAGES = ("human-gait", "drake", "pin", "numpy", "scipy")
@@ -50,7 +52,7 @@ _LINE_EVERY = 25
 
 
 def predict(
-    scenario: Scenario, solver: str = "snopt", dynamics: str = "pinocchio", seed: int = 0
+    scenario: Scenario, solver: str = "newton", dynamics: str = "pinocchio", seed: int = 0
 ) -> Gait:
     """Return the predicted gait of a scenario.
 
@@ -58,7 +60,7 @@ def predict(
     ----------
     scenario : Scenario
     solver : str
-        ``snopt`` or ``ipopt``.
+        ``newton``, ``snopt`` or ``ipopt``.
     dynamics : str
         ``pinocchio``, or ``dh`` for the paper's own recursion.
     seed : int
@@ -85,14 +87,27 @@ def predict(
 
 
 def predict_to_folder(
-    scenario: Scenario, solver: str, folder: Path, dynamics: str = "pinocchio", seed: int = 0
+    scenario: Scenario,
+    solver: str,
+    folder: Path,
+    dynamics: str = "pinocchio",
+    seed: int = 0,
+    warm_from: Path | None = None,
 ) -> bool:
     """Predict, verify and write a result; return whether it is a walk.
 
-    A solve that fails or is interrupted leaves its best gait and says what is wrong with it.
+    A solve that fails or is interrupted leaves its best gait and says what is wrong with it. With
+    `warm_from`, the folder of another result, it starts from that walk and its multipliers, and if
+    that leads nowhere, as ever.
+
+    Raises
+    ------
+    ResultError
+        If there is no gait to start from, or its multipliers cannot be read.
     """
     program = build_program(scenario, dynamics=dynamics)
-    return _solve_to_folder(program, solver, folder, seed=seed).success
+    start = _warm_start(warm_from, program) if warm_from else None
+    return _solve_to_folder(program, solver, folder, start, seed).success
 
 
 def refine_to_folder(
@@ -106,7 +121,13 @@ def refine_to_folder(
         If the gait has as many control points, or more.
     """
     program, start = refined_program(gait, n_control_points, dynamics)
-    return _solve_to_folder(program, solver, folder, start).success
+    return _solve_to_folder(program, solver, folder, Start(GIVEN, start)).success
+
+
+def _warm_start(folder: Path, program: GaitProgram) -> Start:
+    """Return the walk of a result as the start of a program."""
+    multipliers = fitting(load_multipliers(folder), program)
+    return Start(WARM, adapted(load_gait(folder), program), multipliers, alone=False)
 
 
 def predict_by_all_solvers(scenario: Scenario, folder: Path, dynamics: str = "pinocchio") -> bool:
@@ -123,7 +144,8 @@ def predict_by_all_solvers(scenario: Scenario, folder: Path, dynamics: str = "pi
     found = []
     with replaced_folder(folder, OURS) as new:
         for name in SOLVERS:
-            kept = _solve_to_folder(program, name, new / name, start, told=folder / name)
+            given = Start(GIVEN, start)
+            kept = _solve_to_folder(program, name, new / name, given, told=folder / name)
             if kept.solution.interrupted:
                 return False
             found.append(kept.success)
@@ -135,7 +157,7 @@ def _solve_to_folder(
     program: GaitProgram,
     solver: str,
     folder: Path,
-    start: FloatArray | None = None,
+    start: Start | None = None,
     seed: int = 0,
     told: Path | None = None,
 ) -> Attempt:
@@ -202,7 +224,7 @@ def _progress(console: Console) -> Iterator[Callable[[str], Callable[[Iterate], 
             console.print(_line(now), soft_wrap=True)
 
     def begin(start: str, show: Callable[[Iterate], None]) -> Callable[[Iterate], None]:
-        if start not in (OWN_GUESS, GIVEN):
+        if start not in (OWN_GUESS, GIVEN, WARM):
             console.print(f"no walk yet; next start: {start}")
         return show
 
@@ -289,6 +311,7 @@ def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> A
     gait = kept.solution.gait
     with replaced_folder(folder, OURS) as new:
         save_gait(gait, new)
+        save_multipliers(kept.solution.multipliers, new)
         kept = replace(kept, checks=verify(load_record(new)))
         contents = {
             SUMMARY: _summary(kept, attempts, seed),

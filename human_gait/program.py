@@ -12,14 +12,14 @@ This is the only place that meets Drake's AutoDiff.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from pydrake.math import BsplineBasis
-from pydrake.solvers import MathematicalProgram, MathematicalProgramResult
+from pydrake.solvers import MathematicalProgram
 from pydrake.trajectories import BsplineTrajectory
 
 from human_gait.adjoint import Adjoint
@@ -79,6 +79,25 @@ class Violation:
     last: float = 0.0
 
 
+@dataclass(frozen=True)
+class Stage:
+    """A problem as the solvers get it: that of the torques, or an easier one before it.
+
+    Attributes
+    ----------
+    prog : MathematicalProgram
+        Its variables are parts of the units of the control points.
+    constraints : list of Constraint
+        The nonlinear ones come in the order of ``prog.generic_constraints()``.
+    cost_factor : float
+        Of the objective Eq. (18) in the cost; 0 where the cost is quadratic.
+    """
+
+    prog: MathematicalProgram
+    constraints: list[Constraint]
+    cost_factor: float
+
+
 class GaitProgram:
     """One scenario as an optimisation problem.
 
@@ -95,7 +114,7 @@ class GaitProgram:
     constraints : list of Constraint
     unit : (m * 55,) array, [rad] or [m]
         By how much a control point changes when its decision variable changes by one.
-    prog : MathematicalProgram
+    torques : Stage
         Objective Eq. (18) subject to Eqs. (19)-(27).
     variables : (m * 55,) array of Variable
         The free control points, row by row, in parts of `unit`.
@@ -119,15 +138,16 @@ class GaitProgram:
         self._weights = torque_weights(scenario)
         self._spacing = _trapezoids(step_time / n, len(self.times), grid.mirrored)
         self._symmetry = self._symmetry_rows()
-        self._known: tuple[bytes, Instants] | None = None
+        self._known: tuple[bytes, Instants, dict[int, Residual]] | None = None
         self.evaluations = 0
         self.observe: Callable[[FloatArray], None] | None = None
         plan = self._walker.plan
         self.constraints = paper_constraints(scenario, plan, self.times)
         self.constraints += friction_constraints(plan, self.times) if friction else []
         self.unit = np.tile(self._unit(), self.basis.n_free)
-        self.prog, self.variables = self._program(self.constraints)
-        self.prog.AddCost(self._cost, self.variables)
+        prog, self.variables = self._program(self.constraints)
+        prog.AddCost(self._cost, self.variables)
+        self.torques = Stage(prog, self.constraints, COST_SCALE)
 
     @property
     def n_constraint_rows(self) -> int:
@@ -144,24 +164,23 @@ class GaitProgram:
         plan, body = self._walker.plan, self._walker.body
         return np.clip(initial_guess(self.scenario, body, plan, self.basis), *self.limits).ravel()
 
-    def posture_program(
-        self, guess: FloatArray, nearness: float, gentleness: float
-    ) -> MathematicalProgram:
+    def posture(self, guess: FloatArray, nearness: float, gentleness: float) -> Stage:
         """Return an easier problem: near the guess, gently moving, forces at every interval only.
 
         Its cost is quadratic: `nearness` [1/rad^2 s] weighs the distance from the guess,
-        `gentleness` [s^3/rad^2] the accelerations. Its constraints are those of `prog` without
+        `gentleness` [s^3/rad^2] the accelerations. Its constraints are those of `torques` without
         the instants between the ends of the intervals.
         """
         on = np.arange(0, len(self.times), self.scenario.discretisation.dynamics_per_interval)
-        prog, variables = self._program([constraint.at(on) for constraint in self.constraints])
+        constraints = [constraint.at(on) for constraint in self.constraints]
+        prog, variables = self._program(constraints)
         near, gentle = self.basis.design(self.times), self.basis.design(self.times, 2)
         weight = self.basis.step_time / len(self.times)
         Q = 2.0 * weight * (nearness * near.T @ near + gentleness * gentle.T @ gentle)
         b = -2.0 * weight * nearness * near.T @ (near @ guess)
         unit = self.unit
         prog.AddQuadraticCost(Q * np.outer(unit, unit), b * unit, variables)
-        return prog
+        return Stage(prog, constraints, 0.0)
 
     def gait(self, free: FloatArray, **solution: object) -> Gait:
         """Return the gait of flat free control points."""
@@ -172,7 +191,7 @@ class GaitProgram:
         """Return everything known at the instants of the grid; the last result is kept."""
         key = free.tobytes()
         if self._known is None or self._known[0] != key:
-            self._known = key, self._evaluated(free)
+            self._known = key, self._evaluated(free), {}
             self.evaluations += 1
             if self.observe:
                 self.observe(free)
@@ -191,30 +210,36 @@ class GaitProgram:
 
     def residual(self, constraint: Constraint, free: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return rows (r,) of a constraint and their Jacobian (r, m * 55)."""
-        residual = constraint.evaluate(self.instants(free))
+        residual = self.rows(constraint, free)
         return residual.value, self.transcription.jacobian(constraint, residual)
 
+    def rows(self, constraint: Constraint, free: FloatArray) -> Residual:
+        """Return the rows of a constraint with their partials in q, v, a."""
+        now = self.instants(free)
+        known = self._known[2] if self._known else {}
+        if id(constraint) not in known:
+            known[id(constraint)] = constraint.evaluate(now)
+        return known[id(constraint)]
+
     def hessian(
-        self, free: FloatArray, cost_factor: float, multipliers: Sequence[FloatArray]
+        self, free: FloatArray, cost_factor: float, leaning: Iterable[tuple[Constraint, FloatArray]]
     ) -> FloatArray:
         """Return the Hessian of the Lagrangian in the free control points, (m * 55, m * 55).
 
-        Of cost_factor * objective + sum of multipliers * rows, over the nonlinear constraints in
-        the order of `constraints`.
+        Of cost_factor * objective + sum of multipliers * rows, `leaning` being constraints with
+        their multipliers.
         """
         now = self.instants(free)
         adjoint = Adjoint.none(len(self.times))
         lean_on_torques(now, cost_factor * self._spacing, self._weights, adjoint)
-        nonlinear = (constraint for constraint in self.constraints if not constraint.linear)
-        for constraint, mu in zip(nonlinear, multipliers, strict=True):
-            constraint.lean(now, mu, adjoint)
-        return self.transcription.hessian(self._walker.hessian(now, adjoint))
+        for constraint, multipliers in leaning:
+            constraint.lean(now, multipliers, adjoint)
+        return self.transcription.hessian(self._walker.second_derivatives(now, adjoint))
 
     def violations(self, free: FloatArray) -> list[Violation]:
         """Return the worst row of every constraint."""
-        now = self.instants(free)
         worst = [
-            self._worst(constraint, constraint.evaluate(now)) for constraint in self.constraints
+            self._worst(constraint, self.rows(constraint, free)) for constraint in self.constraints
         ]
         matrix, ends = self._symmetry
         if len(ends):
@@ -225,24 +250,32 @@ class GaitProgram:
             worst.append(Violation(*SYMMETRY, unit, float(apart[row]), T, what))
         return worst
 
-    def multipliers(self, result: MathematicalProgramResult) -> dict[str, FloatArray]:
+    def multipliers(self, duals: Mapping[str, FloatArray], at: FloatArray) -> dict[str, FloatArray]:
         """Return the shadow price of every bound by name of its constraint.
 
         That is d objective / d bound, [N^2 m^2 s] per unit of the row: positive at a lower bound
         that is active, negative at an upper one, 0 elsewhere. Those of `LIMITS` are (m * 55,), of
         the bounds of the control points.
+
+        Parameters
+        ----------
+        duals : mapping of str to array
+            d cost / d bound of `torques`, as Drake gives them, by name of the constraint.
+        at : (m * 55,) array
+            The free control points where they hold.
         """
-        prices = {
-            binding.evaluator().get_description(): result.GetDualSolution(binding) / COST_SCALE
-            for binding in self.prog.GetAllConstraints()
-        }
-        at = result.GetSolution(self.prog.decision_variables()) * self.unit
+        prices = {name: dual / COST_SCALE for name, dual in duals.items()}
         lower, upper = (np.tile(limit, self.basis.n_free) for limit in self.limits)
         price = prices[LIMITS[0]] / self.unit
         away = np.where(price > 0.0, at - lower, upper - at)
         # SNOPT gives the slopes that are left of free variables too: no bound holds these
         prices[LIMITS[0]] = np.where(away <= _AT_LIMIT, price, 0.0)
         return prices
+
+    def duals(self, multipliers: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return the duals of `torques` by name from multipliers; inverse of `multipliers`."""
+        duals = {name: COST_SCALE * price for name, price in multipliers.items()}
+        return {**duals, LIMITS[0]: duals[LIMITS[0]] * self.unit}
 
     @property
     def symmetry_words(self) -> list[tuple[str, str]]:

@@ -1,13 +1,18 @@
-"""Solve the program with SNOPT or IPOPT: first a feasible posture path, then the torques."""
+"""Solve the program: by Newton steps, or with SNOPT or IPOPT through Drake.
+
+``newton`` is IPOPT with exact second derivatives (`lagrangian`, `interior_point`); it starts from
+the guess as it is. The other two build up second derivatives from changes of the gradient on the
+way, and want a feasible posture path first.
+"""
 
 from __future__ import annotations
 
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,21 +20,33 @@ import numpy.typing as npt
 from pydrake.solvers import (
     IpoptSolver,
     MathematicalProgram,
-    MathematicalProgramResult,
     SnoptSolver,
     SolverOptions,
 )
 
 from human_gait.gait import Gait
-from human_gait.program import GaitProgram, Violation
+from human_gait.interior_point import minimise
+from human_gait.lagrangian import Lagrangian
+from human_gait.program import GaitProgram, Stage, Violation
 
 FloatArray = npt.NDArray[np.float64]
 
-SOLVERS = ("snopt", "ipopt")
+SOLVERS = ("newton", "snopt", "ipopt")
 FEASIBLE = 1e-4
 """Largest violation, in the unit of its constraint, of an iterate that counts as feasible."""
 
 _OPTIONS: dict[str, dict[str, Any]] = {
+    "newton": {
+        "tol": 1e-6,
+        "constr_viol_tol": 1e-6,
+        "dual_inf_tol": 1e-4,
+        "compl_inf_tol": 1e-6,
+        "honor_original_bounds": "yes",  # else joint limits are exceeded by 1e-8
+        "acceptable_iter": 0,
+        "max_iter": 300,
+        "nlp_scaling_method": "none",
+        "mu_strategy": "adaptive",
+    },
     "snopt": {
         "Major feasibility tolerance": 1e-6,
         "Major optimality tolerance": 1e-4,
@@ -50,7 +67,16 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "mu_strategy": "adaptive",
     },
 }
+_WARM: dict[str, Any] = {
+    "warm_start_init_point": "yes",
+    "warm_start_bound_push": 1e-6,
+    "warm_start_bound_frac": 1e-6,
+    "warm_start_slack_bound_push": 1e-6,
+    "warm_start_slack_bound_frac": 1e-6,
+    "warm_start_mult_bound_push": 1e-6,
+}
 _POSTURE_OPTIONS: dict[str, dict[str, Any]] = {
+    "newton": {"tol": 1e-2, "max_iter": 50},
     "snopt": {"Major optimality tolerance": 1e-1, "Major iterations limit": 25},
     "ipopt": {"tol": 1e-2, "max_iter": 50},
 }
@@ -114,7 +140,8 @@ class Solution:
         Whether the user asked to stop; after the last evaluation that changes nothing else.
     solver, status : str
     iterations, evaluations : int
-        Points at which the solver had costs and gradients; times that the dynamics was evaluated.
+        Newton steps, or for the other solvers, which do not tell, points evaluated; times that the
+        dynamics was evaluated.
     cost : float, [N^2 m^2 s]
     wall_time : float, [s]
     violations : list of Violation
@@ -149,7 +176,6 @@ class _Watch:
         self.count = 0
         self.best: Iterate | None = None
         self.stop = False
-        self.end: MathematicalProgramResult | None = None
 
     @property
     def elapsed(self) -> float:
@@ -168,13 +194,43 @@ class _Watch:
             self.tell(now)
 
 
+@dataclass(frozen=True)
+class _End:
+    """Where a solver ended: a point, whether it is content, what it says, duals by constraint."""
+
+    free: FloatArray
+    solved: bool
+    status: str
+    iterations: int | None = None
+    duals: Mapping[str, FloatArray] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class _Start:
+    """What a solve was given to start from."""
+
+    point: FloatArray | None
+    guess: FloatArray | None
+    weights: tuple[float, float] | None
+    multipliers: Mapping[str, FloatArray] | None
+
+    def of(self, program: GaitProgram, solver: str) -> FloatArray:
+        """Return the free control points that the torques start from."""
+        if self.point is not None:
+            return self.point
+        guess = program.guess() if self.guess is None else self.guess
+        weights = self.weights if solver == "newton" else self.weights or POSTURE
+        return guess if weights is None else _posture(program, solver, guess, weights)
+
+
 def solve(
     program: GaitProgram,
-    solver: str = "snopt",
+    solver: str = "newton",
     start: FloatArray | None = None,
     tell: Callable[[Iterate], None] | None = None,
     guess: FloatArray | None = None,
-    weights: tuple[float, float] = POSTURE,
+    weights: tuple[float, float] | None = None,
+    multipliers: Mapping[str, FloatArray] | None = None,
 ) -> Solution:
     """Solve a program.
 
@@ -182,15 +238,19 @@ def solve(
     ----------
     program : GaitProgram
     solver : str
-        ``snopt`` or ``ipopt``.
+        One of ``SOLVERS``.
     start : (m * 55,) array, optional
-        Free control points that the torques start from; by default the posture path.
+        Free control points that the torques start from; by default the guess for ``newton`` and
+        a posture path for the others.
     tell : function, optional
         Is given every evaluated point.
     guess : (m * 55,) array, optional
-        Free control points that the posture path stays near; by default the program's own guess.
-    weights : tuple of float
-        Of the posture path, as in ``POSTURE``.
+        Free control points to use instead of the program's own guess.
+    weights : tuple of float, optional
+        Of the posture path, as in ``POSTURE``; with them ``newton`` takes one too.
+    multipliers : mapping of str to array, optional
+        Of a walk like this one (`Solution.multipliers`), whose control points are the start: for
+        ``newton``, which then starts warm.
 
     Returns
     -------
@@ -208,7 +268,7 @@ def solve(
     program.observe, program.evaluations = watch, 0
     try:
         with _interruptible(watch):
-            return _stages(program, solver, watch, start, (guess, weights))
+            return _stages(program, solver, watch, _Start(start, guess, weights, multipliers))
     finally:
         program.observe = None
 
@@ -224,7 +284,7 @@ def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None)
     program.observe = watch = _Watch(program, tell)
     try:
         with _interruptible(watch):
-            path = _posture(program, "snopt", None, POSTURE)
+            path = _posture(program, "snopt", program.guess(), POSTURE)
     except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
         if not watch.stop:
             raise
@@ -236,88 +296,100 @@ def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None)
     return path
 
 
-def _stages(
-    program: GaitProgram,
-    solver: str,
-    watch: _Watch,
-    start: FloatArray | None,
-    near: tuple[FloatArray | None, tuple[float, float]],
-) -> Solution:
+def _stages(program: GaitProgram, solver: str, watch: _Watch, given: _Start) -> Solution:
     try:
-        path = _posture(program, solver, *near) if start is None else start
+        point = given.of(program, solver)
         watch.stage = "torque"
-        free, solved, status = _run(program.prog, solver, path, {}, program.unit, watch)
+        end = _run(program, program.torques, solver, point, {}, given.multipliers)
     except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
         if not watch.stop:
             raise
         if watch.best is None:  # asked to stop before there was anything to keep
             raise KeyboardInterrupt from None
-        free, solved, status = watch.best.free, False, "interrupted"
-    return _solution(program, solver, (free, solved, status), watch)
+        end = _End(watch.best.free, False, "interrupted")
+    return _solution(program, solver, end, watch)
 
 
 def _posture(
-    program: GaitProgram, solver: str, guess: FloatArray | None, weights: tuple[float, float]
+    program: GaitProgram, solver: str, guess: FloatArray, weights: tuple[float, float]
 ) -> FloatArray:
     """Return a posture path near a guess, (m * 55,), feasible or nearly so."""
-    near = program.guess() if guess is None else guess
-    easier = program.posture_program(near, *weights)
-    return _run(easier, solver, near, _POSTURE_OPTIONS[solver], program.unit)[0]
+    easier = program.posture(guess, *weights)
+    return _run(program, easier, solver, guess, _POSTURE_OPTIONS[solver]).free
 
 
 def _run(
-    prog: MathematicalProgram,
+    program: GaitProgram,
+    stage: Stage,
     solver: str,
     start: FloatArray,
     changes: dict[str, Any],
-    unit: npt.ArrayLike = 1.0,
-    watch: _Watch | None = None,
-) -> tuple[FloatArray, bool, str]:
-    """Return the point a solver ends at, whether it is content, and what it says.
+    multipliers: Mapping[str, FloatArray] | None = None,
+) -> _End:
+    """Return where a solver ends from free control points; the variables are parts of the unit."""
+    x = start / program.unit
+    if solver == "newton":
+        end = _by_newton(Lagrangian(program, stage), x, changes, multipliers)
+    else:
+        end = _by_drake(stage.prog, solver, x, changes)
+    return replace(end, free=end.free * program.unit)
 
-    Points are in rad and m; the variables of the program are parts of `unit`. The result of Drake,
-    which holds the multipliers, is left with the watch.
-    """
+
+def _by_newton(
+    lagrangian: Lagrangian,
+    start: FloatArray,
+    changes: dict[str, Any],
+    multipliers: Mapping[str, FloatArray] | None,
+) -> _End:
+    options, duals = {**_OPTIONS["newton"], **changes}, None
+    if multipliers:
+        duals = lagrangian.from_names(lagrangian.program.duals(multipliers))
+        options |= _WARM
+    end = minimise(lagrangian.problem(), start, options, duals)
+    return _End(end.x, end.solved, end.status, end.iterations, lagrangian.by_name(end.duals))
+
+
+def _by_drake(
+    prog: MathematicalProgram, solver: str, start: FloatArray, changes: dict[str, Any]
+) -> _End:
     engine = SnoptSolver() if solver == "snopt" else IpoptSolver()
     options = SolverOptions()
     for name, value in {**_OPTIONS[solver], **changes}.items():
         options.SetOption(engine.solver_id(), name, value)
-    result = engine.Solve(prog, start / np.asarray(unit), options)
-    if watch:
-        watch.end = result
-    details = result.get_solver_details()
+    result = engine.Solve(prog, start, options)
+    details, solved = result.get_solver_details(), result.is_success()
     status = _snopt_status(details.info) if solver == "snopt" else details.ConvertStatusToString()
-    return result.GetSolution(prog.decision_variables()) * unit, result.is_success(), status
+    bindings = prog.GetAllConstraints() if solved else []
+    duals = {b.evaluator().get_description(): result.GetDualSolution(b) for b in bindings}
+    return _End(result.GetSolution(prog.decision_variables()), solved, status, None, duals)
 
 
 def _snopt_status(info: int) -> str:
     return f"{info}: {_SNOPT_STATUS.get(info, 'see the manual of SNOPT')}"
 
 
-def _solution(
-    program: GaitProgram, solver: str, end: tuple[FloatArray, bool, str], watch: _Watch
-) -> Solution:
-    free, solved, status = end
-    wall_time, iterations = watch.elapsed, watch.count
+def _solution(program: GaitProgram, solver: str, end: _End, watch: _Watch) -> Solution:
+    free, wall_time = end.free, watch.elapsed
+    iterations = watch.count if end.iterations is None else end.iterations
     program.observe = None
     violations, (cost, _) = program.violations(free), program.cost(free)
     feasible = _largest(violations) <= FEASIBLE
     if not feasible and watch.best is not None:
         free, cost = watch.best.free, watch.best.cost
         violations = program.violations(free)
-    converged = solved and feasible
+    converged = end.solved and feasible
     return Solution(
-        program.gait(free, solver=solver, status=status, cost=cost, wall_time_s=wall_time),
+        program.gait(free, solver=solver, status=end.status, cost=cost, wall_time_s=wall_time),
         converged,
         watch.stop,
         solver,
-        status,
+        end.status,
         iterations,
         program.evaluations,
         cost,
         wall_time,
         violations,
-        program.multipliers(watch.end) if converged and watch.end else {},
+        program.multipliers(end.duals, free) if converged else {},
     )
 
 

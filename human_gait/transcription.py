@@ -15,6 +15,7 @@ from scipy.sparse import coo_array
 
 from human_gait.bspline import DEGREE, Basis
 from human_gait.constraints import Constraint, Residual
+from human_gait.instant import SecondDerivatives
 from human_gait.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF
 
 FloatArray = npt.NDArray[np.float64]
@@ -70,22 +71,41 @@ class Transcription:
         entries = self.values(constraint, residual), self.entries(constraint)
         return np.asarray(coo_array(entries, shape=shape).toarray())
 
-    def hessian(self, second: FloatArray) -> FloatArray:
-        """Return the second derivatives (m * 55, m * 55) of what has (K, 165, 165) in q, v, a."""
-        n, K = self.basis.n_control_points, len(self.times)
+    def hessian(self, second: SecondDerivatives) -> FloatArray:
+        """Return second derivatives (m * 55, m * 55) from those at the instants."""
+        n = self.basis.n_control_points
         by_point = np.zeros((n, N_DOF, n, N_DOF))
-        # d2/dP_i dP_j = sum over the instants and orders of N_i^(o) N_j^(p) d2/dx_o dx_p
-        half = (self._active_N.transpose(1, 2, 0) @ second.reshape(K, 3, -1)).reshape(
-            K, 4, -1, 3, N_DOF
-        )
+        direct = np.stack(second.direct, axis=1).reshape(len(self.times), 4, -1)
+        rows, left, right = (self._onto_points(x) for x in (second.rows, second.left, second.right))
         for first in np.unique(self._active[:, 0]):
             k = np.flatnonzero(self._active[:, 0] == first)
             on = slice(first, first + DEGREE + 1)
-            block = np.tensordot(half[k], self._active_N[:, k], axes=((0, 3), (1, 0)))
-            by_point[on, :, on] += block.transpose(0, 1, 3, 2)
+            half = self._direct(k, direct[k])
+            half += _flat(left[k]).T @ _flat(right[k])
+            A = _flat(rows[k])
+            block = half + half.T + A.T @ A
+            by_point[on, :, on] += block.reshape(4, N_DOF, 4, N_DOF)
         fold = self.basis.fold
         once = fold(by_point.reshape(n * N_DOF, n, N_DOF)).reshape(n, N_DOF, -1)
         return fold(once.transpose(2, 0, 1)).reshape(once.shape[-1], -1)
+
+    def _onto_points(self, rows: FloatArray) -> FloatArray:
+        """Return rows (K, r, 165) in q, v, a as rows (K, r, 4, 55) in the active control points."""
+        N = self._active_N[..., None, :, None]  # (3, K, 1, 4, 1)
+        by_order = rows.reshape(*rows.shape[:2], 3, 1, N_DOF)
+        return np.asarray(sum(N[order] * by_order[:, :, order] for order in range(3)))
+
+    def _direct(self, k: IntArray, blocks: FloatArray) -> FloatArray:
+        """Return half of what blocks qq, qv, qa, vv (k, 4, 3025) add to active points, (220, 220).
+
+        The other half is its transpose.
+        """
+        q, v, a = self._active_N[:, k]
+        pairs = (q / 2, q), (q, v), (q, a), (v / 2, v)
+        weights = np.stack([i[:, :, None] * j[:, None, :] for i, j in pairs])  # (4, k, 4, 4)
+        flat = weights.transpose(2, 3, 1, 0).reshape(16, -1) @ blocks.reshape(-1, N_DOF**2)
+        half = flat.reshape(4, 4, N_DOF, N_DOF).transpose(0, 2, 1, 3)
+        return half.reshape(4 * N_DOF, 4 * N_DOF)
 
     def coupled(self) -> npt.NDArray[np.bool_]:
         """Return (m, m) true where second derivatives of two free control points can be."""
@@ -105,6 +125,11 @@ class Transcription:
         mirrored = functions >= m
         dof = np.where(mirrored, MIRROR_INDEX[columns], columns)
         return functions % m, dof, np.where(mirrored, MIRROR_SIGN[columns], 1.0)
+
+
+def _flat(rows: FloatArray) -> FloatArray:
+    """Return rows (k, r, 4, 55) of several instants below each other, (k * r, 220)."""
+    return rows.reshape(-1, (DEGREE + 1) * N_DOF)
 
 
 def _active_functions(basis: Basis, times: FloatArray) -> IntArray:

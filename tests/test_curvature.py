@@ -41,14 +41,6 @@ def assert_slopes(second, gradient, x, n_directions=8):
     np.testing.assert_allclose(second, second.swapaxes(1, 2), atol=1e-12 * np.abs(second).max())
 
 
-def full(blocks):
-    """All of a Hessian (K, 165, 165) from its blocks."""
-    qq, qv, qa, vv = blocks
-    none = np.zeros_like(qq)
-    rows = (qq, qv, qa), (qv.swapaxes(1, 2), vv, none), (qa.swapaxes(1, 2), none, none)
-    return np.concatenate([np.concatenate(row, axis=2) for row in rows], axis=1)
-
-
 @pytest.fixture(params=PEOPLE.values(), ids=PEOPLE, scope="module")
 def task(request):
     return request.param
@@ -73,7 +65,7 @@ def test_of_weighted_torques_and_root_wrench(task, state, engine):
 
     axes = dynamics.inverse(*state).axes
     curvature = TreeCurvature(body.table, body.pseudo_inertia())
-    found = full(curvature.hessian(state, axes, weights, by_wrench))
+    found = curvature.hessian(state, axes, weights, by_wrench).dense()
     assert_slopes(found, gradient, np.concatenate(state, axis=1))
 
 
@@ -158,4 +150,4 @@ def test_a_walker_adds_them_up():
     adjoint = Adjoint.none(len(now.t))
     lean_on_torques(now, spacing, weights, adjoint)
     x = np.concatenate([now.q, now.v, now.a], axis=1)
-    assert_slopes(walker.hessian(now, adjoint), gradient, x)
+    assert_slopes(walker.second_derivatives(now, adjoint).dense(), gradient, x)

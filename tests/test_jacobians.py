@@ -117,18 +117,18 @@ def test_drake_evaluates_values_and_gradients(problem):
             value = jacobian @ problem.free
         np.testing.assert_allclose(ExtractValue(found).ravel(), value, atol=1e-12)
         np.testing.assert_allclose(ExtractGradient(found), jacobian * problem.unit, atol=1e-12)
-        plain = problem.program.prog.EvalBinding(binding, problem.variables)
+        plain = problem.program.torques.prog.EvalBinding(binding, problem.variables)
         np.testing.assert_allclose(plain, value, atol=1e-12)
 
 
 def test_drake_evaluates_the_scaled_cost(problem):
-    (binding,) = problem.program.prog.generic_costs()
+    (binding,) = problem.program.torques.prog.generic_costs()
     cost, gradient = problem.program.cost(problem.free)
     found = binding.evaluator().Eval(InitializeAutoDiff(problem.variables))
     assert ExtractValue(found).item() == pytest.approx(COST_SCALE * cost, rel=1e-13)
     expected = COST_SCALE * gradient * problem.unit
     np.testing.assert_allclose(ExtractGradient(found)[0], expected, rtol=1e-12, atol=1e-15)
-    plain = problem.program.prog.EvalBinding(binding, problem.variables)
+    plain = problem.program.torques.prog.EvalBinding(binding, problem.variables)
     assert plain.item() == pytest.approx(COST_SCALE * cost, rel=1e-13)
 
 
@@ -143,7 +143,7 @@ def test_drake_may_differentiate_along_any_seed(problem, n_seeds):
         found = ExtractGradient(binding.evaluator().Eval(x))
         scale = max(np.abs(jacobian).max(), 1.0)
         np.testing.assert_allclose(found, jacobian @ moved, atol=1e-11 * scale)
-    (cost,) = problem.program.prog.generic_costs()
+    (cost,) = problem.program.torques.prog.generic_costs()
     expected = COST_SCALE * problem.program.cost(problem.free)[1] @ moved
     found = ExtractGradient(cost.evaluator().Eval(x))[0]
     np.testing.assert_allclose(found, expected, rtol=1e-11)
@@ -168,7 +168,7 @@ def test_second_derivatives(problem, name):
         leans = [m @ program.residual(c, free)[1] for c, m in parts if c.name in on]
         return cost_factor * program.cost(free)[1] + sum(leans)
 
-    second = program.hessian(problem.free, cost_factor, multipliers)
+    second = program.hessian(problem.free, cost_factor, zip(curved, multipliers, strict=True))
     np.testing.assert_allclose(second, second.T, atol=1e-13 * np.abs(second).max())
     along = rng.normal(size=(len(problem.free), 3))
     slopes = central_difference(gradient, problem.free, along)
@@ -192,7 +192,7 @@ def entries(problem, constraint):
 
 def bindings(problem):
     """Our constraints with those of Drake, in order."""
-    prog, constraints = problem.program.prog, problem.program.constraints
+    prog, constraints = problem.program.torques.prog, problem.program.constraints
     linear, generic = (iter(b) for b in (prog.linear_constraints(), prog.generic_constraints()))
     return [(c, next(linear) if c.linear else next(generic)) for c in constraints]
 

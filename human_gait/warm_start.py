@@ -1,0 +1,92 @@
+"""A gait that was found before as the start of another problem, with its multipliers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from human_gait.exceptions import ResultError
+from human_gait.gait import Gait
+from human_gait.program import LIMITS, GaitProgram
+from human_gait.skeleton import N_DOF, index
+
+FloatArray = npt.NDArray[np.float64]
+
+FILE = "multipliers.npz"
+_FORWARD = index("pelvis_tz")
+_SAMPLES = 100
+
+
+def save_multipliers(multipliers: Mapping[str, FloatArray], folder: Path) -> None:
+    """Write the shadow price of every bound, by name of its constraint, to ``multipliers.npz``.
+
+    In N^2 m^2 s per unit of the row, as `Solution.multipliers`; nothing is written if there are
+    none.
+    """
+    if multipliers:
+        np.savez_compressed(folder / FILE, **multipliers)  # type: ignore[arg-type]
+
+
+def load_multipliers(folder: Path) -> dict[str, FloatArray]:
+    """Return the multipliers of a result; none if it has none.
+
+    Raises
+    ------
+    ResultError
+        If the file cannot be read or holds something else.
+    """
+    path = folder / FILE
+    if not path.exists():
+        return {}
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            found = {name: np.asarray(file[name], dtype=float) for name in file.files}
+    except Exception as error:  # noqa: BLE001, a damaged archive raises almost anything
+        raise ResultError(f"{path}: not multipliers that can be read: {error}") from None
+    for name, price in found.items():
+        if price.ndim != 1 or not np.all(np.isfinite(price)):
+            raise ResultError(f"{path}: {name} is not a list of finite numbers")
+    return found
+
+
+def adapted(gait: Gait, program: GaitProgram) -> FloatArray:
+    """Return free control points (m * 55,) of a program from the gait of another one.
+
+    The phases of the step stay where they are, so do the joint angles; the pelvis moves forward
+    as far as the new step is long. Control points beyond new joint limits are brought back.
+    """
+    longer = program.scenario.walk.step_length / gait.step_length
+    same = len(gait.breaks) == len(program.basis.breaks) and (
+        gait.basis.mirrored == program.basis.mirrored
+    )
+    if same and np.allclose(
+        gait.breaks / gait.step_time, program.basis.breaks / program.basis.step_time
+    ):
+        points = gait.free.reshape(-1, N_DOF).copy()
+        points[:, _FORWARD] *= longer
+    else:
+        phases = np.linspace(0.0, 1.0, _SAMPLES)
+        q = gait.basis.matrix(phases * gait.step_time) @ gait.control_points
+        q[:, _FORWARD] *= longer
+        points = program.basis.fit(
+            phases * program.basis.step_time, q, program.scenario.walk.step_length
+        )
+    return np.clip(points, *program.limits).ravel()
+
+
+def fitting(multipliers: Mapping[str, FloatArray], program: GaitProgram) -> dict[str, FloatArray]:
+    """Return the multipliers whose rows a program has too, and 0 for its other rows.
+
+    Rows belong together if a constraint has as many in both; the limits if there are as many
+    control points.
+    """
+    sizes = {c.name: len(c.lower) for c in program.constraints}
+    sizes[LIMITS[0]] = len(program.variables)
+    prices = {name: multipliers.get(name, np.zeros(0)) for name in sizes}
+    return {
+        name: price if len(price) == sizes[name] else np.zeros(sizes[name])
+        for name, price in prices.items()
+    }
