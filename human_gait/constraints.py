@@ -271,13 +271,13 @@ def feet_apart(
     """
     swing = on[~plan.double_support(times[on])]
     k, p = np.repeat(swing, 2), np.tile([HEEL, TOE], len(swing))
-    lower = np.full(len(k), scenario.tolerances.feet_apart)
+    lower, legs = np.full(len(k), scenario.tolerances.feet_apart), np.unique(CHAINS)
 
     def evaluate(now: Instants) -> Residual:
         value = now.feet[LEFT].position[k, p, 0] - now.feet[RIGHT].position[k, p, 0]
-        dq = np.zeros((len(k), N_DOF))
+        dq = np.zeros((len(k), len(legs)))
         for f, sign in ((LEFT, 1.0), (RIGHT, -1.0)):
-            dq[:, CHAINS[f]] += sign * now.feet[f].jacobian[k, p, 0]
+            dq[:, np.searchsorted(legs, CHAINS[f])] += sign * now.feet[f].jacobian[k, p, 0]
         return Residual(value, dq, 0.0 * dq, 0.0 * dq)
 
     def pass_on(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
@@ -285,8 +285,8 @@ def feet_apart(
         adjoint.position[k, RIGHT, p, 0] -= multipliers
 
     what = np.tile(["right heel past the left one", "right toe past the left one"], len(swing))
-    bounds = lower, lower + np.inf
-    return Constraint("feet apart", "", "m", *bounds, k, _all(k), what, evaluate, pass_on)
+    bounds, columns = (lower, lower + np.inf), np.tile(legs, (len(k), 1))
+    return Constraint("feet apart", "", "m", *bounds, k, columns, what, evaluate, pass_on)
 
 
 def zmp_stability(plan: ContactPlan, times: FloatArray) -> Constraint:

@@ -212,8 +212,10 @@ def _taken(
 def _again(
     program: GaitProgram, name: str, ended: Attempt, tell: Callable[[str], Tell | None]
 ) -> Attempt:
-    end = ended.solution.gait.free
-    return _attempt(program, name, partial(solve, program, ended.solution.solver, end), tell)
+    """Solve from where an attempt ended, warm if it has multipliers."""
+    solver, end = ended.solution.solver, ended.solution.gait.free
+    run = partial(solve, program, solver, end, multipliers=ended.solution.multipliers)
+    return _attempt(program, name, run, tell)
 
 
 def _attempt(

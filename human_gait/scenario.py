@@ -23,6 +23,7 @@ MEDIAN_BODY = {  # stature [m]: ANSUR II medians; mass [kg]: ANSUR 1988 means
 LEG_LENGTH = {"male": 0.530, "female": 0.514}  # hip centre above the sole / stature
 STEP_HALF_ANGLE_DEG = 35.0  # hip extension limit 30 deg + rising onto the toes, pelvis rotation
 MIRRORED_CONTROL_POINTS = 6  # per DOF; three of them repeat the first three
+_MIRRORED_BY_DEFAULT = 7  # with fewer the ends of the step are too stiff for most walks
 TRANSLATION_DOFS = ("pelvis_tz", "pelvis_tx", "pelvis_ty")
 RANGE_RULES: dict[bool, dict[str, Any]] = {  # of a DOF's [lower, upper], by "is it a translation?"
     True: {"unit": "m", "range": (-20.0, 20.0)},
@@ -161,7 +162,7 @@ class Discretisation(Section):
             int,
             cls.rule("control_points"),
         )
-        few = n < MIRRORED_CONTROL_POINTS
+        few = n < _MIRRORED_BY_DEFAULT
         return {"periodicity": "velocity" if few else "acceleration", **table}
 
     @property

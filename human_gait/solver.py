@@ -37,15 +37,16 @@ FEASIBLE = 1e-4
 
 _OPTIONS: dict[str, dict[str, Any]] = {
     "newton": {
-        "tol": 1e-6,
+        "tol": 1e-5,
         "constr_viol_tol": 1e-6,
         "dual_inf_tol": 1e-4,
-        "compl_inf_tol": 1e-6,
+        "compl_inf_tol": 1e-5,
         "honor_original_bounds": "yes",  # else joint limits are exceeded by 1e-8
         "acceptable_iter": 0,
         "max_iter": 300,
         "nlp_scaling_method": "none",
         "mu_strategy": "adaptive",
+        "max_soc": 0,
     },
     "snopt": {
         "Major feasibility tolerance": 1e-6,
@@ -67,14 +68,18 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "mu_strategy": "adaptive",
     },
 }
+_PUSHES = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
 _WARM: dict[str, Any] = {
     "warm_start_init_point": "yes",
-    "warm_start_bound_push": 1e-6,
-    "warm_start_bound_frac": 1e-6,
-    "warm_start_slack_bound_push": 1e-6,
-    "warm_start_slack_bound_frac": 1e-6,
-    "warm_start_mult_bound_push": 1e-6,
+    **{f"warm_start_{what}": 3e-2 for what in _PUSHES},
+    "mu_strategy": "monotone",
+    "mu_init": 3e-5,
+    "mu_linear_decrease_factor": 0.1,
+    "mu_superlinear_decrease_power": 1.1,
+    "barrier_tol_factor": 30.0,
 }
+"""Near a solution the barrier starts low; slacks and multipliers are pushed off zero a little."""
+
 _POSTURE_OPTIONS: dict[str, dict[str, Any]] = {
     "newton": {"tol": 1e-2, "max_iter": 50},
     "snopt": {"Major optimality tolerance": 1e-1, "Major iterations limit": 25},
