@@ -378,7 +378,8 @@ def main() -> None:
         warm_table(runs, wanted),
         growth_table(growth(runs, wanted)),
     ):
-        console.print(shown)
+        if shown.rows:
+            console.print(shown)
     text = json.dumps(report(runs, wanted, options.limit), indent=2)
     (options.out / "bench.json").write_text(text + "\n", encoding="utf-8")
 
