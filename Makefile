@@ -7,6 +7,7 @@
 # make play       show out/normal/ in the browser; make play DIR=out/preferred for another result
 # make figures    draw figures 7 to 12 of the paper -> out/figures/ from the results in out/
 # make urdf       write urdf/human.urdf anew
+# make bench      measure the speed of the solvers -> out/bench/, some hours; goes on if stopped
 # make test       run the tests, with coverage
 # make check      lint, format, types, import rules and tests
 # make pins       find the newest versions that work together -> .ci/constraints.txt
@@ -29,7 +30,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 export PYTHON
 
-.PHONY: help setup backpack scenarios paper play figures urdf test check pins $(SCENARIOS)
+.PHONY: help setup backpack scenarios paper play figures urdf bench test check pins $(SCENARIOS)
 
 help:
 	@sed -n '/^#/!q; s/^# \{0,1\}//p' Makefile
@@ -68,6 +69,10 @@ figures: setup
 
 urdf: setup
 	@$(BIN)/human-gait urdf --out urdf/human.urdf
+
+bench: setup
+	@$(BIN)/python benchmarks/speed.py --out out/bench
+	@$(BIN)/python benchmarks/evaluation.py --out out/bench
 
 test: setup
 	@$(BIN)/pytest -n auto --dist loadfile --cov --cov-report term
