@@ -73,21 +73,29 @@ class Transcription:
 
     def hessian(self, second: SecondDerivatives) -> FloatArray:
         """Return second derivatives (m * 55, m * 55) from those at the instants."""
-        n = self.basis.n_control_points
-        by_point = np.zeros((n, N_DOF, n, N_DOF))
+        m = self.basis.n_free
+        by_point = np.zeros((m, N_DOF, m, N_DOF))
         direct = np.stack(second.direct, axis=1).reshape(len(self.times), 4, -1)
         rows, left, right = (self._onto_points(x) for x in (second.rows, second.left, second.right))
         for first in np.unique(self._active[:, 0]):
             k = np.flatnonzero(self._active[:, 0] == first)
-            on = slice(first, first + DEGREE + 1)
-            half = self._direct(k, direct[k])
-            half += _flat(left[k]).T @ _flat(right[k])
+            half = _flat(left[k]).T @ _flat(right[k]) + self._direct(k, direct[k])
             A = _flat(rows[k])
-            block = half + half.T + A.T @ A
-            by_point[on, :, on] += block.reshape(4, N_DOF, 4, N_DOF)
-        fold = self.basis.fold
-        once = fold(by_point.reshape(n * N_DOF, n, N_DOF)).reshape(n, N_DOF, -1)
-        return fold(once.transpose(2, 0, 1)).reshape(once.shape[-1], -1)
+            half += A.T @ A / 2
+            self._add(by_point, first, half + half.T)
+        return by_point.reshape(m * N_DOF, m * N_DOF)
+
+    def _add(self, by_point: FloatArray, first: int, block: FloatArray) -> None:
+        """Add second derivatives (220, 220) in the control points from `first` on, Eq. (26)."""
+        m = self.basis.n_free
+        functions = first + np.arange(DEGREE + 1)
+        block = block.reshape(DEGREE + 1, N_DOF, DEGREE + 1, N_DOF)
+        past = functions >= m  # the mirror images of the first control points
+        block[past] = block[past][:, MIRROR_INDEX] * MIRROR_SIGN[:, None, None]
+        block[:, :, past] = block[:, :, past][..., MIRROR_INDEX] * MIRROR_SIGN
+        for i, row in enumerate(functions % m):
+            for j, column in enumerate(functions % m):
+                by_point[row, :, column] += block[i, :, j]
 
     def _onto_points(self, rows: FloatArray) -> FloatArray:
         """Return rows (K, r, 165) in q, v, a as rows (K, r, 4, 55) in the active control points."""
