@@ -6,7 +6,8 @@ import json
 import os
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -133,16 +134,28 @@ def load_record(folder: str | Path) -> Record:
     ResultError
         As for `load_gait`. Numbers that are merely wrong are left to `verification`.
     """
-    path = Path(folder) / FILE
+    with opened(Path(folder) / FILE, "a gait") as file:
+        return _restored(file)
+
+
+@contextmanager
+def opened(path: Path, what: str) -> Iterator[Mapping[str, Any]]:
+    """Yield the arrays of an archive by name.
+
+    Raises
+    ------
+    ResultError
+        If they, or what is made of them meanwhile, are not `what` was expected.
+    """
     try:
         with path.open("rb") as stream:
             _check_archive(stream)
             with np.load(stream, allow_pickle=False) as file:
-                return _restored(file)
+                yield file
     except KeyError as error:
-        raise ResultError(f"{path}: not a gait that can be read: {error.args[0]}") from None
+        raise ResultError(f"{path}: not {what} that can be read: {error.args[0]}") from None
     except _UNREADABLE as error:
-        raise ResultError(f"{path}: not a gait that can be read: {error}") from None
+        raise ResultError(f"{path}: not {what} that can be read: {error}") from None
 
 
 def _check_archive(stream: BinaryIO) -> None:
@@ -167,14 +180,14 @@ def _restored(file: Mapping[str, Any]) -> Record:
     gait = _gait(file)
     if list(file["dof_names"]) != list(DOF_NAMES):
         raise ValueError("dof_names are not those of the body")
-    mass, footholds = _numbers(file, "mass", (N_DOF,)), _numbers(file, "footholds", (2, 4, 3))
+    mass, footholds = numbers(file, "mass", (N_DOF,)), numbers(file, "footholds", (2, 4, 3))
     return Record(gait, _samples(file, gait), mass, footholds)
 
 
 def _gait(file: Mapping[str, Any]) -> Gait:
     scenario = Scenario.from_dict(json.loads(str(file["scenario"])))
     solution = dict(json.loads(str(file["solution"])))
-    breaks, control_points = (_numbers(file, name) for name in ("breaks", "control_points"))
+    breaks, control_points = (numbers(file, name) for name in ("breaks", "control_points"))
     T = scenario.walk.step_time
     if breaks.ndim != 1 or not np.allclose(breaks[[0, -1]], [0.0, T], rtol=0.0, atol=1e-9 * T):
         raise ValueError(f"breaks do not go from 0 to the step time {T:g} s")
@@ -188,27 +201,26 @@ def _gait(file: Mapping[str, Any]) -> Gait:
     if np.abs(control_points).max() > _FARTHEST:
         raise ValueError(f"control_points beyond {_FARTHEST:g} rad or m are no gait")
     gait = Gait(scenario, breaks, control_points, solution)
-    if not np.allclose(_numbers(file, "knots", gait.knots.shape), gait.knots, rtol=0.0, atol=1e-9):
+    if not np.allclose(numbers(file, "knots", gait.knots.shape), gait.knots, rtol=0.0, atol=1e-9):
         raise ValueError("knots do not fit the breaks")
     return gait
 
 
 def _samples(file: Mapping[str, Any], gait: Gait) -> Samples:
     times = gait.fine_times
-    if not np.allclose(_numbers(file, "t", times.shape), times, rtol=0.0, atol=1e-12):
+    if not np.allclose(numbers(file, "t", times.shape), times, rtol=0.0, atol=1e-12):
         raise ValueError("t is not the grid of the samples")
     K = len(times)
-    return Samples(times, **{name: _numbers(file, name, (K, *_SHAPES[name])) for name in _SHAPES})
+    return Samples(times, **{name: numbers(file, name, (K, *_SHAPES[name])) for name in _SHAPES})
 
 
-def _numbers(
-    file: Mapping[str, Any], name: str, shape: tuple[int, ...] | None = None
-) -> FloatArray:
-    numbers = np.asarray(file[name])
-    if numbers.dtype != np.float64:
-        raise TypeError(f"{name} of type {numbers.dtype} are no numbers of double precision")
-    if not np.all(np.isfinite(numbers)):
+def numbers(file: Mapping[str, Any], name: str, shape: tuple[int, ...] | None = None) -> FloatArray:
+    """Return an array of finite numbers of an archive, or raise TypeError or ValueError."""
+    found = np.asarray(file[name])
+    if found.dtype != np.float64:
+        raise TypeError(f"{name} of type {found.dtype} are no numbers of double precision")
+    if not np.all(np.isfinite(found)):
         raise ValueError(f"{name} holds what is not a finite number")
-    if shape is not None and numbers.shape != shape:
-        raise ValueError(f"{name} has the shape {numbers.shape}, expected {shape}")
-    return numbers
+    if shape is not None and found.shape != shape:
+        raise ValueError(f"{name} has the shape {found.shape}, expected {shape}")
+    return found

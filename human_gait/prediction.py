@@ -47,7 +47,7 @@ OURS = (
     *(AGREEMENT, MULTIPLIERS, *SOLVERS),
 )
 """Everything that a prediction, or a command about it, writes: it goes with the old result."""
-PACKAGES = ("human-gait", "drake", "pin", "numpy", "scipy")
+PACKAGES = ("human-gait", "drake", "casadi", "pin", "numpy", "scipy")
 _LINE_EVERY = 25
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from human_gait.exceptions import ResultError
 from human_gait.gait import Gait
-from human_gait.program import LIMITS, GaitProgram
+from human_gait.gait_file import numbers, opened
+from human_gait.program import LIMITS, SYMMETRY, GaitProgram
 from human_gait.skeleton import N_DOF, index
 
 FloatArray = npt.NDArray[np.float64]
@@ -41,14 +41,10 @@ def load_multipliers(folder: Path) -> dict[str, FloatArray]:
     path = folder / FILE
     if not path.exists():
         return {}
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            found = {name: np.asarray(file[name], dtype=float) for name in file.files}
-    except Exception as error:  # noqa: BLE001, a damaged archive raises almost anything
-        raise ResultError(f"{path}: not multipliers that can be read: {error}") from None
-    for name, price in found.items():
-        if price.ndim != 1 or not np.all(np.isfinite(price)):
-            raise ResultError(f"{path}: {name} is not a list of finite numbers")
+    with opened(path, "multipliers") as file:
+        found = {name: numbers(file, name) for name in file}
+        if odd := [name for name, price in found.items() if price.ndim != 1]:
+            raise ValueError(f"{odd[0]} is not a list of numbers")
     return found
 
 
@@ -84,7 +80,7 @@ def fitting(multipliers: Mapping[str, FloatArray], program: GaitProgram) -> dict
     control points.
     """
     sizes = {c.name: len(c.lower) for c in program.constraints}
-    sizes[LIMITS[0]] = len(program.variables)
+    sizes |= {SYMMETRY[0]: len(program.symmetry_words), LIMITS[0]: len(program.variables)}
     prices = {name: multipliers.get(name, np.zeros(0)) for name in sizes}
     return {
         name: price if len(price) == sizes[name] else np.zeros(sizes[name])

@@ -11,6 +11,7 @@ from human_gait.gait_cycle import load_gait_cycle
 from human_gait.gait_file import load_gait
 from human_gait.prediction import predict_to_folder
 from human_gait.scenario import load_scenario
+from human_gait.solver import SOLVERS
 
 SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
 
@@ -20,7 +21,8 @@ class Result:
 
     def __init__(self, name, folder):
         self.folder = folder
-        self.success = predict_to_folder(load_scenario(SCENARIOS / f"{name}.toml"), "snopt", folder)
+        task = load_scenario(SCENARIOS / f"{name}.toml")
+        self.success = predict_to_folder(task, SOLVERS[0], folder)
         self.summary = json.loads((folder / "summary.json").read_text())
         self.gait = load_gait(folder)
         self.cycle = load_gait_cycle(folder / "gait_cycle.csv")

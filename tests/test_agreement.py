@@ -12,12 +12,12 @@ from walking import guessed_gait
 from human_gait.agreement import agreement_to_folder, curve_differences
 from human_gait.gait_cycle import load_gait_cycle, save_gait_cycle
 
-COST = {"snopt": 4000.0, "ipopt": 3900.0}
+COST = {"newton": 3960.0, "snopt": 4000.0, "ipopt": 3900.0}
 
 
 @pytest.fixture
 def folder(tmp_path):
-    """The same curves twice, but for a knee that is bent by 2 deg more."""
+    """The same curves of all, but for a knee that is bent by 2 deg more by the last one."""
     for name, cost in COST.items():
         target = tmp_path / name
         target.mkdir()
@@ -54,13 +54,19 @@ def test_a_shift_is_its_own_difference_and_correlates(folder):
 def test_costs_and_curves_are_written_and_shown(folder):
     table = agreement_to_folder(folder, tuple(COST))
     found = json.loads((folder / "agreement.json").read_text())
-    assert found["cost_relative_to_first"] == {"snopt": 0.0, "ipopt": pytest.approx(-0.025)}
+    assert found["cost_relative_to_first"] == {
+        "newton": 0.0,
+        "snopt": pytest.approx(1.0 / 99.0),
+        "ipopt": pytest.approx(-1.0 / 66.0),
+    }
     assert found["results"]["ipopt"]["cost"] == 3900.0
+    assert set(found["curves"]) == {"snopt", "ipopt"}
     curves = [row["curve"] for row in found["curves"]["ipopt"]]
     assert len(curves) == 18
     console = Console(width=200, file=io.StringIO())
     console.print(table)
     text = console.file.getvalue()
     assert "snopt: a walk, cost 4000.0" in text
-    assert "ipopt - snopt" in text
+    assert "snopt - newton" in text
+    assert "ipopt - newton" in text
     assert "2 deg" in text

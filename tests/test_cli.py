@@ -41,8 +41,8 @@ def prediction(replace_room):
     """Let `predict` record its task and succeed, without solving anything."""
     calls = []
 
-    def predict_to_folder(scenario, solver, out, dynamics, seed):
-        calls.append((scenario.name, solver, out, dynamics, seed))
+    def predict_to_folder(scenario, solver, out, dynamics, seed, warm_from):
+        calls.append((scenario.name, solver, out, dynamics, seed, warm_from))
         return True
 
     replace_room("prediction", predict_to_folder=predict_to_folder)
@@ -50,13 +50,13 @@ def prediction(replace_room):
 
 
 @pytest.mark.usefixtures("here")
-def test_both_solvers_may_be_asked_for(replace_room):
+def test_all_solvers_may_be_asked_for(replace_room):
     calls = []
     replace_room(
         "prediction",
         predict_by_all_solvers=lambda task, *rest: calls.append((task.name, *rest)) or True,
     )
-    assert cli.run(["predict", NORMAL, "--solver", "both"]) == 0
+    assert cli.run(["predict", NORMAL, "--solver", "all"]) == 0
     assert calls == [("normal", Path("out/normal"), "pinocchio")]
 
 
@@ -74,7 +74,7 @@ def test_a_result_is_refined(here, replace_room, options, n, target):
     calls = []
     replace_room("prediction", refine_to_folder=lambda _, *rest: calls.append(rest) or True)
     assert cli.run(["refine", "walk", *options]) == 0
-    assert calls == [(n, "snopt", Path(target), "pinocchio")]
+    assert calls == [(n, "newton", Path(target), "pinocchio")]
 
 
 @pytest.mark.usefixtures("here")
@@ -136,7 +136,11 @@ def test_a_bad_scenario_is_one_line_and_leaves_nothing_behind(
     [
         (["predict", "missing.toml"], "missing.toml: cannot be read"),
         (["predict", "."], "cannot be read"),
-        (["predict", NORMAL, "--solver", "simplex"], "'snopt', 'ipopt'"),
+        (["predict", NORMAL, "--solver", "simplex"], "'newton', 'snopt', 'ipopt', 'all'"),
+        (["refine", "walk", "--solver", "all"], "'newton', 'snopt', 'ipopt'"),
+        (["predict", NORMAL, "--warm-from"], "--warm-from"),
+        (["predict", NORMAL, "--warm-from", "nowhere"], "nowhere: no result here (no gait.npz)"),
+        (["predict", NORMAL, "--warm-from", "."], "no result here"),
         (["predict", NORMAL, "--dynamics", "newton"], "'pinocchio', 'dh'"),
         (["predict"], "SCENARIO"),
         (["predict", NORMAL, "extra"], "extra"),
@@ -170,11 +174,38 @@ def test_predict_passes_its_options_on(here, prediction):
     )
     assert cli.run(["predict", NORMAL, "--dynamics", "dh"]) == 0
     assert prediction == [
-        ("normal", "snopt", Path("out/normal"), "pinocchio", 0),
-        ("normal", "ipopt", Path("new/place"), "pinocchio", 7),
-        ("normal", "snopt", Path("out/normal"), "dh", 0),
+        ("normal", "newton", Path("out/normal"), "pinocchio", 0, None),
+        ("normal", "ipopt", Path("new/place"), "pinocchio", 7, None),
+        ("normal", "newton", Path("out/normal"), "dh", 0, None),
     ]
     assert list(here.iterdir()) == []
+
+
+def test_predict_starts_from_a_result_that_is_named(here, prediction):
+    (here / "walk").mkdir()
+    save_gait(guessed_gait(), here / "walk")
+    assert cli.run(["predict", NORMAL, "--warm-from", "walk", "--solver", "snopt"]) == 0
+    assert prediction == [("normal", "snopt", Path("out/normal"), "pinocchio", 0, Path("walk"))]
+
+
+def test_a_result_to_start_from_that_is_none_is_refused_before_anything_is_built(
+    here, capsys, prediction
+):
+    (here / "walk").mkdir()
+    assert cli.run(["predict", NORMAL, "--warm-from", "walk"]) == cli.BAD_INPUT
+    assert_one_line(capsys, "walk: no result here (no gait.npz), make one with human-gait predict")
+    assert prediction == []
+
+
+@pytest.mark.parametrize("name", ["gait.npz", "multipliers.npz"])
+def test_a_damaged_result_to_start_from_is_one_line(here, capsys, name):
+    """With the real room: the file is read before anything is solved."""
+    (here / "walk").mkdir()
+    save_gait(guessed_gait(), here / "walk")
+    (here / "walk" / name).write_bytes(b"junk")
+    assert cli.run(["predict", NORMAL, "--warm-from", "walk"]) == cli.BAD_INPUT
+    assert_one_line(capsys, f"walk/{name}")
+    assert [path.name for path in here.iterdir()] == ["walk"]
 
 
 @pytest.mark.usefixtures("here")
@@ -287,4 +318,4 @@ def test_the_choices_are_those_of_the_rooms():
 
     assert tuple(cli.DynamicsName) == ENGINES
     assert tuple(cli.SolverName) == SOLVERS
-    assert tuple(cli.SolverChoice) == (*SOLVERS, "both")
+    assert tuple(cli.SolverChoice) == (*SOLVERS, "all")

@@ -29,6 +29,8 @@ from human_gait.exceptions import NoSolutionFound
 from human_gait.gait_cycle import save_gait_cycle
 from human_gait.gait_file import FILE, load_gait, load_record, save_gait
 from human_gait.scenario import Scenario
+from human_gait.warm_start import FILE as MULTIPLIERS
+from human_gait.warm_start import save_multipliers
 
 ROOT = Path(__file__).resolve().parent.parent
 TEXTS = [path.read_bytes() for path in sorted((ROOT / "scenarios").glob("*.toml"))]
@@ -55,6 +57,7 @@ def result(tmp_path_factory):
     save_gait_cycle(guessed_gait(), folder / "gait_cycle.csv")
     summary = {"success": True, "walking_speed_m_per_s": 1.2, "step_length_m": 0.66}
     (folder / "summary.json").write_text(json.dumps(summary))
+    save_multipliers({"joint limit": np.linspace(-1.0, 1.0, 330), "any": np.ones(9)}, folder)
     return folder
 
 
@@ -335,6 +338,28 @@ def test_an_odd_gait_is_drawn_or_refused(place, arrays, data):
 
 
 @some(20)
+@given(st.data())
+@example(None)
+def test_a_start_with_spoilt_or_odd_multipliers(place, result, stopped, data):  # noqa: ARG001
+    """They are used or refused; a scenario that fits them and one that does not."""
+    content = (result / MULTIPLIERS).read_bytes()
+    if data and data.draw(st.booleans()):
+        content = data.draw(spoilt(content, [content.index(b"joint limit"), content.index(b"any")]))
+        (place / MULTIPLIERS).write_bytes(content)
+    elif data:
+        with np.load(result / MULTIPLIERS) as file:
+            prices = dict(file)
+        name = data.draw(st.sampled_from(sorted(prices)))
+        prices[name] = data.draw(odd_array(prices[name]))
+        kept = {name: price for name, price in prices.items() if price is not None}
+        np.savez(place / MULTIPLIERS, allow_pickle=True, **kept)
+    for task in ("normal", "paper-275"):
+        path = ROOT / "scenarios" / f"{task}.toml"
+        code = ran("predict", path, "--warm-from", place, "--out", place / "out")
+        assert code in {1, 2} if data else code == 1
+
+
+@some(20)
 @given(st.sampled_from(["summary.json", "gait_cycle.csv"]), st.data())
 def test_a_comparison_with_a_spoilt_file(place, result, name, data):
     figure = types.SimpleNamespace(savefig=lambda path, **_: path.write_bytes(b""))
@@ -483,7 +508,7 @@ def wait(*_, **__):
     time.sleep(60)
 {place}.{name} = wait
 for options in (solver._OPTIONS, solver._POSTURE_OPTIONS):
-    options["snopt"]["Major iterations limit"] = 1
+    options["newton"]["max_iter"] = 1
 cli.main()
 """
 

@@ -8,12 +8,13 @@ import pytest
 from walks import BACKPACK, scenario
 
 from human_gait import ladder as room
-from human_gait.ladder import GIVEN, OWN_GUESS, best, climb, disturbed, on_the_way
+from human_gait.ladder import GIVEN, OWN_GUESS, WARM, Start, best, climb, disturbed, on_the_way
 from human_gait.program import build_program
-from human_gait.solver import FEASIBLE, Solution
+from human_gait.solver import FEASIBLE, POSTURE, SOLVERS, Solution
 
 TASK = scenario(control_points=6, load=BACKPACK)
 PROGRAM = build_program(TASK)
+PATHS = 4  # rungs of newton before the continuation, whose three solves follow
 
 
 @pytest.fixture
@@ -65,22 +66,29 @@ def test_the_first_walk_ends_it(solves):
     assert attempts[0].success
 
 
-def test_every_rung_is_tried_and_recorded_before_giving_up(solves):
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_every_rung_is_tried_and_recorded_before_giving_up(solves, solver):
     told = []
-    attempts = climb(PROGRAM, seed=7, tell=told.append)
+    attempts = climb(PROGRAM, solver, seed=7, tell=told.append)
+    others = [other for other in SOLVERS if other != solver]
     assert starts(attempts) == [
         OWN_GUESS,
+        *(["own guess, by a posture path"] if solver == "newton" else []),
         "own guess, freer",
         "own guess, more gently",
         "continuation",
         "random start 1 of seed 7",
         "random start 2 of seed 7",
-        "ipopt instead",
+        *(f"{other} instead" for other in others),
     ]
     assert told == starts(attempts)
     assert not any(attempt.success for attempt in attempts)
-    assert len({given["weights"] for *_, given in solves.asked if "weights" in given}) == 3
-    assert solves.asked[-1][1] == "ipopt"
+    weights = [given["weights"] for *_, given in solves.asked if "weights" in given]
+    assert weights[0] is None  # the solver's own way
+    assert len(set(weights)) == len(weights) == 3 + (solver == "newton")
+    assert (POSTURE in weights) == (solver == "newton")  # the others' own way is by this path
+    asked = [asked for _, asked, *_ in solves.asked]
+    assert asked == [solver] * (len(asked) - 2) + others
 
 
 def test_a_walk_that_a_check_refuses_is_no_walk(solves):
@@ -108,9 +116,29 @@ def test_a_walk_that_slips_is_taken_up_with_friction(solves):
 
 def test_a_given_start_is_the_only_one(solves):
     start = PROGRAM.guess()
-    attempts = climb(PROGRAM, "ipopt", start)
+    attempts = climb(PROGRAM, "ipopt", Start(GIVEN, start))
     assert starts(attempts) == [GIVEN]
-    assert solves.asked == [(PROGRAM, "ipopt", start, {})]
+    assert solves.asked == [(PROGRAM, "ipopt", start, {"multipliers": {}})]
+
+
+def test_a_start_that_is_not_alone_comes_before_all_others(solves):
+    """With its multipliers; what follows does not know of it."""
+    start, multipliers = PROGRAM.guess(), {"contact position": np.ones(3)}
+    given = Start(WARM, start, multipliers, alone=False)
+    attempts = climb(PROGRAM, "newton", given)
+    assert starts(attempts) == [WARM, *starts(climb(PROGRAM, "newton"))]
+    assert solves.asked[0] == (PROGRAM, "newton", start, {"multipliers": multipliers})
+    assert all("multipliers" not in given for *_, given in solves.asked[1:])
+    solves.answers = ["walk"]
+    assert starts(climb(PROGRAM, "newton", given)) == [WARM]
+
+
+def test_a_guess_that_is_given_is_that_of_the_first_rungs(solves):
+    guess = PROGRAM.guess() + 0.01
+    climb(PROGRAM, guess=guess)
+    given = [given.get("guess") for *_, given in solves.asked]
+    assert all(one is guess for one in given[:4])
+    assert not any(one is guess for one in given[4:])
 
 
 def test_an_interruption_ends_it(solves):
@@ -122,9 +150,9 @@ def test_an_interruption_ends_it(solves):
 @pytest.mark.parametrize("n", [1, 2])
 def test_ctrl_c_on_the_way_of_the_continuation_keeps_what_there_is(solves, n):
     """Walks on the way belong to other scenarios: none of them is returned."""
-    solves.answers = ["failed"] * (2 + n) + ["interrupted"]
+    solves.answers = ["failed"] * (PATHS - 1 + n) + ["interrupted"]
     attempts = climb(PROGRAM)
-    assert len(attempts) == 3
+    assert len(attempts) == PATHS
     assert {attempt.solution.gait.scenario.name for attempt in attempts} == {TASK.name}
 
 
@@ -151,14 +179,14 @@ def test_ctrl_c_in_what_follows_an_attempt_keeps_the_attempt(solves, monkeypatch
 
 
 def test_the_continuation_goes_from_comfortable_to_what_is_asked_for(solves):
-    solves.answers = ["failed"] * 3
     climb(PROGRAM)
-    tasks = [program.scenario for program, *_ in solves.asked[3:6]]
+    strides = solves.asked[PATHS : PATHS + 3]
+    tasks = [program.scenario for program, *_ in strides]
     assert tasks[2] == TASK
     assert [task.load.mass for task in tasks] == [0.0, 9.0, 18.0]
     speeds = [task.walk.speed for task in tasks]
     assert speeds[1] == pytest.approx((speeds[0] + speeds[2]) / 2)
-    guesses = [given["guess"] for *_, given in solves.asked[3:6]]
+    guesses = [given["guess"] for *_, given in strides]
     assert guesses[0] is None
     for guess, task in zip(guesses[1:], tasks[1:], strict=True):
         advance = PROGRAM.basis.expand(guess.reshape(-1, 55), task.walk.step_length)
@@ -182,7 +210,7 @@ def test_random_starts_differ_and_repeat(solves):
     guesses = []
     for seed in (3, 3, 4):
         climb(PROGRAM, seed=seed)
-        guesses.append([given["guess"] for *_, given in solves.asked[6:8]])
+        guesses.append([given["guess"] for *_, given in solves.asked[PATHS + 3 : PATHS + 5]])
         solves.asked.clear()
     np.testing.assert_array_equal(guesses[0], guesses[1])
     assert np.abs(guesses[0][0] - guesses[0][1]).max() > 0.05
@@ -208,7 +236,8 @@ def test_the_best_attempt_is_a_walk_then_an_optimum_then_what_violates_least(sol
     assert best(climb(PROGRAM)).solution.status == "walk"
 
 
-def test_an_interrupted_solve_is_kept():
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_an_interrupted_solve_is_kept(solver):
     """The real solver, stopped at its third point."""
 
     def begin(_):
@@ -218,21 +247,23 @@ def test_an_interrupted_solve_is_kept():
 
         return tell
 
-    attempts = climb(PROGRAM, tell=begin)
+    attempts = climb(PROGRAM, solver, tell=begin)
     assert starts(attempts) == [OWN_GUESS]
     assert attempts[0].solution.interrupted
     assert not attempts[0].success
 
 
 @pytest.mark.solve
-def test_every_kind_of_start_can_lead_to_a_walk():
+@pytest.mark.parametrize("solver", ["newton", "snopt"])
+def test_every_kind_of_start_can_lead_to_a_walk(solver):
     """From comfortable walking, and from a disturbed guess, to one speed and load."""
     task = scenario(1.4, 0.7, control_points=8, intervals=20, load={"mass": 9.0})
     program = build_program(task)
-    there = room._continued(program, "snopt")
+    there = room._continued(program, solver)
     assert there.converged
     assert there.gait.scenario == task
     assert there.evaluations > program.evaluations  # those on the way are counted
-    from_noise = room.solve(program, guess=disturbed(program, np.random.default_rng(2)))
+    noise = disturbed(program, np.random.default_rng(2))
+    from_noise = room.solve(program, solver, guess=noise)
     assert from_noise.converged
     assert from_noise.cost == pytest.approx(there.cost, rel=0.02)

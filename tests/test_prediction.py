@@ -1,6 +1,7 @@
 """The way from scenario to folder, with solves cut short; `test_gait_solve` lets them finish."""
 
 import json
+import shutil
 import signal
 from importlib.metadata import version
 from itertools import islice
@@ -14,9 +15,10 @@ from human_gait import ladder as ladder_room
 from human_gait import prediction as room
 from human_gait import solver as solver_room
 from human_gait.diagnosis import Suggestion
-from human_gait.exceptions import NoSolutionFound, ScenarioError
+from human_gait.exceptions import NoSolutionFound, ResultError, ScenarioError
 from human_gait.gait_cycle import load_gait_cycle
 from human_gait.gait_file import load_gait, save_gait
+from human_gait.ladder import OWN_GUESS, WARM
 from human_gait.prediction import (
     predict,
     predict_by_all_solvers,
@@ -26,6 +28,7 @@ from human_gait.prediction import (
 )
 from human_gait.program import Violation, refined_program
 from human_gait.verification import Check
+from human_gait.warm_start import adapted, fitting, load_multipliers, save_multipliers
 
 RUNGS = ladder_room._rungs
 TASK = scenario(control_points=6, load=BACKPACK)
@@ -34,24 +37,33 @@ KEYS = {
     *("n_variables", "n_constraints", "violations", "walking_speed_m_per_s", "step_length_m"),
     *("cost", "body_mass_kg", "load_kg", "versions", "start", "seed", "attempts"),
 }
+LIMIT = {"newton": "max_iter", "snopt": "Major iterations limit", "ipopt": "max_iter"}
+LIMIT_REACHED = {"newton": "Maximum_Iterations_Exceeded", "snopt": "32"}
+SECOND_START = {"newton": "own guess, by a posture path", "snopt": "own guess, freer"}
 FILES = {"explanation.json", "gait.npz", "summary.json", "gait_cycle.csv", "playback.html"}
 
 
 @pytest.fixture(scope="module")
 def cut_short():
-    """Stop each stage of SNOPT after one major iteration, and the ladder after two starts."""
+    """Stop each stage of every solver after one iteration, and the ladder after two starts."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ladder_room, "_rungs", lambda *given: islice(RUNGS(*given), 2))
         for options in (solver_room._OPTIONS, solver_room._POSTURE_OPTIONS):
-            patch.setitem(options, "snopt", options["snopt"] | {"Major iterations limit": 1})
+            for name, limit in LIMIT.items():
+                patch.setitem(options, name, options[name] | {limit: 1})
         yield
 
 
+@pytest.fixture(scope="module", params=LIMIT_REACHED)
+def solver(request):
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def failed(cut_short, tmp_path_factory):  # noqa: ARG001, for its effect
+def failed(cut_short, solver, tmp_path_factory):  # noqa: ARG001, for its effect
     """A folder that a failing prediction has left, and whether it took itself for a success."""
     folder = tmp_path_factory.mktemp("out") / "not yet there"
-    return folder, predict_to_folder(TASK, "snopt", folder)
+    return folder, predict_to_folder(TASK, solver, folder)
 
 
 @pytest.fixture(scope="module")
@@ -64,35 +76,35 @@ def test_a_solve_that_fails_is_no_success(failed, summary):
     assert summary["success"] is False
 
 
-def test_a_solve_that_fails_keeps_everything_it_has(failed):
+def test_a_solve_that_fails_keeps_everything_it_has(failed, solver):
     folder, _ = failed
     written = {path.name for path in folder.iterdir()}
     assert written >= FILES
     assert len([name for name in written if name.endswith(".png")]) >= 5
     assert written < set(room.OURS)
+    assert room.MULTIPLIERS not in written  # an iterate has none
     gait = load_gait(folder)
     assert gait.scenario == TASK
-    assert gait.solution["solver"] == "snopt"
+    assert gait.solution["solver"] == solver
     assert len(load_gait_cycle(folder / "gait_cycle.csv")["knee_flexion_deg"]) == 101
 
 
-def test_the_summary_tells_what_was_solved_and_how(summary):
+def test_the_summary_tells_what_was_solved_and_how(summary, solver):
     assert set(summary) >= KEYS
     assert summary["n_variables"] == 3 * 55
     assert summary["n_constraints"] == room.build_program(TASK).n_constraint_rows
     assert (summary["body_mass_kg"], summary["load_kg"]) == (78.4, 18.0)
     assert (summary["walking_speed_m_per_s"], summary["step_length_m"]) == (1.2, 0.66)
-    assert summary["solver"] == "snopt"
+    assert summary["solver"] == solver
     assert summary["dynamics"] == "pinocchio"
-    assert summary["solver_status"].startswith("32")
+    assert summary["solver_status"].startswith(LIMIT_REACHED[solver])
     assert 0 < summary["iterations"] <= summary["evaluations"] + 1
     assert summary["wall_time_s"] > 0.0
-    assert summary["versions"]["drake"] == version("drake")
-    assert [attempt["start"] for attempt in summary["attempts"]] == [
-        "own guess",
-        "own guess, freer",
-    ]
-    assert summary["start"] in ("own guess", "own guess, freer")
+    for package in ("drake", "casadi"):
+        assert summary["versions"][package] == version(package)
+    starts = [attempt["start"] for attempt in summary["attempts"]]
+    assert starts == [OWN_GUESS, SECOND_START[solver]]
+    assert summary["start"] in starts
     assert summary["wall_time_s"] == sum(attempt["wall_time_s"] for attempt in summary["attempts"])
 
 
@@ -140,7 +152,9 @@ def test_a_failure_is_explained_and_lines_tell_the_progress(tmp_path, capsys):
 
 @pytest.mark.usefixtures("cut_short")
 def test_from_python_a_failure_is_an_exception_that_carries_the_gait():
-    with pytest.raises(NoSolutionFound, match="snopt stopped: 32") as caught:
+    with pytest.raises(NoSolutionFound, match="snopt stopped: 32"):
+        predict(TASK, "snopt")
+    with pytest.raises(NoSolutionFound, match="newton stopped: Maximum") as caught:
         predict(TASK)
     with pytest.raises(ValueError, match="newton"):
         predict(TASK, dynamics="newton")
@@ -158,9 +172,9 @@ def test_a_refined_result_starts_at_the_same_motion(tmp_path):
     gait, starts = guessed_gait(), []
     with pytest.MonkeyPatch.context() as patch:
 
-        def record(program, solver, start, tell):
+        def record(program, solver, start, tell, **given):
             starts.append(program.gait(start))
-            return solver_room.solve(program, solver, start, tell)
+            return solver_room.solve(program, solver, start, tell, **given)
 
         patch.setattr(ladder_room, "solve", record)
         refine_to_folder(gait, 11, "snopt", tmp_path)
@@ -181,27 +195,96 @@ def test_refining_keeps_two_intervals_to_a_piece_and_the_old_instants():
     assert program.basis.n_control_points == 20
 
 
+@pytest.mark.usefixtures("cut_short")
 def test_all_solvers_start_alike_and_are_compared(tmp_path, capsys, monkeypatch):
     """Cut very short: what counts is what they are given and what is written."""
-    for options in (solver_room._OPTIONS, solver_room._POSTURE_OPTIONS):
-        limits = {"snopt": {"Major iterations limit": 1}, "ipopt": {"max_iter": 1}}
-        for name, limit in limits.items():
-            monkeypatch.setitem(options, name, options[name] | limit)
     starts = []
 
-    def record(program, solver, start, tell):
+    def record(program, solver, start, tell, **given):
         starts.append((solver, start))
-        return solver_room.solve(program, solver, start, tell)
+        return solver_room.solve(program, solver, start, tell, **given)
 
     monkeypatch.setattr(ladder_room, "solve", record)
     assert predict_by_all_solvers(TASK, tmp_path) is False
     assert [name for name, _ in starts] == list(solver_room.SOLVERS)
-    np.testing.assert_array_equal(starts[0][1], starts[1][1])
+    for _, start in starts[1:]:
+        np.testing.assert_array_equal(start, starts[0][1])
     for name in solver_room.SOLVERS:
         assert json.loads((tmp_path / name / "summary.json").read_text())["solver"] == name
     found = json.loads((tmp_path / "agreement.json").read_text())
     assert set(found["results"]) == set(solver_room.SOLVERS)
-    assert "ipopt - snopt" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "snopt - newton" in printed
+    assert "ipopt - newton" in printed
+
+
+@pytest.fixture(scope="module")
+def other_walk(tmp_path_factory):
+    """A result with multipliers of a slightly slower walk, made up."""
+    folder, task = tmp_path_factory.mktemp("walk"), scenario(1.15, control_points=6)
+    program = room.build_program(task)
+    save_gait(program.gait(program.guess()), folder)
+    rows = {c.name: len(c.lower) for c in program.constraints} | {"joint limit": 3 * 55}
+    save_multipliers({name: np.linspace(-1.0, 1.0, n) for name, n in rows.items()}, folder)
+    return folder
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """What the ladder asks of the solver: start and the rest, by attempt."""
+    found = []
+
+    def record(program, solver, start=None, tell=None, **given):
+        found.append((start, given))
+        return solver_room.solve(program, solver, start, tell, **given)
+
+    monkeypatch.setattr(ladder_room, "solve", record)
+    return found
+
+
+@pytest.mark.usefixtures("cut_short")
+def test_a_warm_start_comes_first_then_the_own_ones(tmp_path, capsys, other_walk, asked):
+    assert predict_to_folder(TASK, "newton", tmp_path, warm_from=other_walk) is False
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    starts = [attempt["start"] for attempt in summary["attempts"]]
+    assert starts == [WARM, OWN_GUESS, SECOND_START["newton"]]
+    program = room.build_program(TASK)
+    (start, given), *others = asked
+    np.testing.assert_array_equal(start, adapted(load_gait(other_walk), program))
+    expected = fitting(load_multipliers(other_walk), program)
+    assert set(given["multipliers"]) == set(expected)
+    for name, price in expected.items():
+        np.testing.assert_array_equal(given["multipliers"][name], price)
+    assert all(start is None and "multipliers" not in given for start, given in others)
+    assert "no walk yet; next start: warm start" not in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("cut_short")
+def test_a_result_without_multipliers_is_a_start_too(tmp_path, other_walk, asked):
+    folder = tmp_path / "walk"
+    folder.mkdir()
+    save_gait(load_gait(other_walk), folder)
+    predict_to_folder(TASK, "newton", tmp_path / "out", warm_from=folder)
+    start, given = asked[0]
+    assert np.all(np.isfinite(start))
+    assert not any(np.any(price) for price in given["multipliers"].values())
+
+
+@pytest.mark.usefixtures("cut_short")
+def test_a_result_may_be_its_own_start_and_loses_its_old_multipliers(tmp_path, other_walk):
+    """The new one has none, as it failed: those of the old one would not belong to it."""
+    shutil.copytree(other_walk, tmp_path, dirs_exist_ok=True)
+    predict_to_folder(TASK, "newton", tmp_path, warm_from=tmp_path)
+    assert load_multipliers(other_walk)
+    assert load_multipliers(tmp_path) == {}
+
+
+def test_what_cannot_be_started_from_is_refused_before_solving(tmp_path, asked):
+    for folder in (tmp_path, tmp_path / "nowhere"):
+        with pytest.raises(ResultError, match=r"gait.npz"):
+            predict_to_folder(TASK, "newton", tmp_path / "out", warm_from=folder)
+    assert asked == []
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_result_is_checked_anew_from_its_file(tmp_path, capsys):
@@ -224,7 +307,7 @@ def test_an_interruption_ends_the_comparison_of_solvers(tmp_path, monkeypatch):
 
     monkeypatch.setattr(ladder_room, "solve", press)
     assert predict_by_all_solvers(TASK, tmp_path) is False
-    assert [path.name for path in tmp_path.iterdir()] == ["snopt"]
+    assert [path.name for path in tmp_path.iterdir()] == ["newton"]
 
 
 def test_the_folder_is_made_only_when_there_is_something_to_keep(tmp_path, monkeypatch):

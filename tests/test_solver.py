@@ -6,16 +6,26 @@ import threading
 import numpy as np
 import pytest
 from pydrake.solvers import MathematicalProgram
+from small_problems import VALLEY_END, VALLEY_START, corner, cube, numbers, run, valley
 from walks import near_walk, scenario
 
 from human_gait import solver as room
-from human_gait.program import build_program
+from human_gait.program import LIMITS, build_program
 from human_gait.skeleton import BRANCHES, DOF_NAMES
 from human_gait.solver import FEASIBLE, SOLVERS, solve
 
-LIMIT = {"snopt": "Major iterations limit", "ipopt": "max_iter"}
-OPTIMALITY = {"snopt": "Major optimality tolerance", "ipopt": "tol"}
-LIMIT_REACHED = {"snopt": "32", "ipopt": "Max iteration exceeded"}
+LIMIT = {"newton": "max_iter", "snopt": "Major iterations limit", "ipopt": "max_iter"}
+OPTIMALITY = {"newton": "tol", "snopt": "Major optimality tolerance", "ipopt": "tol"}
+FEASIBILITY = {
+    "newton": "constr_viol_tol",
+    "snopt": "Major feasibility tolerance",
+    "ipopt": "constr_viol_tol",
+}
+LIMIT_REACHED = {
+    "newton": "Maximum_Iterations_Exceeded",
+    "snopt": "32",
+    "ipopt": "Max iteration exceeded",
+}
 
 
 @pytest.fixture(params=SOLVERS)
@@ -49,42 +59,29 @@ def short(monkeypatch):
     return limit
 
 
-class Valley:
-    """Rosenbrock's curved valley with the circle of radius 1 as a limit; counts evaluations."""
-
-    def __init__(self):
-        self.evaluations = 0
-        self.prog = MathematicalProgram()
-        x = self.prog.NewContinuousVariables(2)
-        self.prog.AddCost(self.height, x)
-        self.prog.AddConstraint(lambda x: [x[0] ** 2 + x[1] ** 2], [-np.inf], [1.0], x)
-
-    def height(self, x):
-        self.evaluations += 1
-        return 100.0 * (x[1] - x[0] ** 2) ** 2 + (1.0 - x[0]) ** 2
-
-    def run(self, solver, **changes):
-        names = {"limit": LIMIT[solver], "optimality": OPTIMALITY[solver]}
-        given = {names.get(key, key.replace("_", " ")): value for key, value in changes.items()}
-        return room._run(self.prog, solver, np.array([-0.9, 0.2]), given)
-
-
 def test_our_options_are_accepted(solver):
     """A solver that is content has understood them: see the next test."""
     for changes in ({}, room._POSTURE_OPTIONS[solver]):
-        x, solved, _ = room._run(Valley().prog, solver, np.array([-0.9, 0.2]), changes)
+        x, solved, _ = run(valley(), solver, VALLEY_START, changes)
         assert solved
-        np.testing.assert_allclose(x, [0.786, 0.618], atol=1e-2)  # by hand, on the circle
+        np.testing.assert_allclose(x, VALLEY_END, atol=1e-2)
 
 
-def test_ipopt_refuses_an_option_that_does_not_exist():
+@pytest.mark.parametrize("solver", ["newton", "ipopt"])
+def test_ipopt_refuses_an_option_that_does_not_exist(solver):
     with pytest.raises(RuntimeError, match="no_such_option"):
-        room._run(Valley().prog, "ipopt", np.zeros(2), {"no_such_option": 3})
+        run(valley(), solver, np.zeros(2), {"no_such_option": 3})
+
+
+def test_the_options_of_a_warm_start_are_accepted():
+    x, solved, _ = run(valley(), "newton", VALLEY_START, room._WARM)
+    assert solved
+    np.testing.assert_allclose(x, VALLEY_END, atol=1e-5)
 
 
 def test_our_options_of_snopt_are_in_its_manual():
     """SNOPT passes over a name that it does not know."""
-    Valley().run("snopt", no_such_option=3)
+    run(valley(), "snopt", VALLEY_START, {"no such option": 3})
     ours = {name for table in (room._OPTIONS, room._POSTURE_OPTIONS) for name in table["snopt"]}
     assert ours <= MANUAL
 
@@ -124,16 +121,31 @@ MANUAL = {  # Gill, Murray, Saunders, Wong: User's Guide for SNOPT 7, optional p
 
 
 def test_the_iteration_limit_takes_effect(solver):
-    _, solved, status = Valley().run(solver, limit=1)
+    _, solved, status = run(valley(), solver, VALLEY_START, {LIMIT[solver]: 1})
     assert not solved
     assert LIMIT_REACHED[solver] in status
 
 
 def test_the_optimality_tolerance_takes_effect(solver):
-    strict, loose = Valley(), Valley()
-    strict.run(solver, optimality=1e-6)
-    loose.run(solver, optimality=10.0)
-    assert loose.evaluations < strict.evaluations
+    evaluations = []
+    for tolerance in (1e-6, 10.0):
+        points = []
+
+        def height(x, points=points):
+            points.append(x)
+            return valley().cost(x)
+
+        changes = {OPTIMALITY[solver]: tolerance}
+        changes |= {"dual_inf_tol": tolerance} if solver == "newton" else {}
+        run(valley(cost=height), solver, VALLEY_START, changes)
+        evaluations.append(len(points))
+    assert evaluations[1] < evaluations[0]
+
+
+def test_newton_is_content_only_where_the_duals_balance_too():
+    """A loose `tol` alone does not end it: `dual_inf_tol` is of its own."""
+    loose = run(valley(), "newton", VALLEY_START, {"tol": 10.0})[0]
+    np.testing.assert_allclose(loose, VALLEY_END, atol=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -146,36 +158,30 @@ def test_other_limits_of_snopt_take_effect(name, value, status):
     prog.AddCost(lambda x: sum((x - 1.0) ** 4) + x[0] * x[1] * x[2] * x[3], x)
     prog.AddConstraint(lambda x: [x.dot(x)], [-np.inf], [9.0], x)
     prog.AddLinearConstraint(x[0] + x[1] + x[2] >= 1.0)
-    _, solved, found = room._run(prog, "snopt", np.zeros(4), {name: value})
-    assert not solved
-    assert found.startswith(status)
+    end = room._by_drake(prog, "snopt", np.zeros(4), {name: value})
+    assert not end.solved
+    assert end.status.startswith(status)
 
 
 def test_the_feasibility_tolerance_takes_effect(solver):
-    name = {"snopt": "Major feasibility tolerance", "ipopt": "constr_viol_tol"}[solver]
-    prog = MathematicalProgram()
-    x = prog.NewContinuousVariables(1)
-    prog.AddConstraint(lambda x: [x[0] ** 3], [8.0], [8.0], x)
+    name, optimality = FEASIBILITY[solver], {OPTIMALITY[solver]: 1e-10}
+    loose = {"tol": 0.1} if solver == "newton" else {}  # it bounds the violation too
     ends = [
-        room._run(prog, solver, np.array([5.0]), {name: tolerance, **loose})[0].item()
-        for tolerance, loose in ((1e-10, {OPTIMALITY[solver]: 1e-10}), (0.1, {}))
+        run(cube(), solver, numbers(5.0), {name: tolerance, **others})[0].item()
+        for tolerance, others in ((1e-10, optimality), (0.1, loose))
     ]
     assert abs(ends[0] - 2.0) < abs(ends[1] - 2.0)
 
 
 def test_bounds_are_kept_to_the_last_digit(solver):
     """Joint limits are never exceeded, not even by the 1e-8 that IPOPT relaxes bounds by."""
-    prog = MathematicalProgram()
-    x = prog.NewContinuousVariables(2)
-    prog.AddBoundingBoxConstraint(0.0, 0.7, x)
-    prog.AddCost(lambda x: (x[0] - 2.0) ** 2 + (x[1] + 1.0) ** 2, x)
-    end, _, _ = room._run(prog, solver, np.array([0.3, 0.3]), {})
+    end, _, _ = run(corner(), solver, numbers(0.3, 0.3), {})
     assert np.all((end >= 0.0) & (end <= 0.7))
     np.testing.assert_allclose(end, [0.7, 0.0], atol=1e-2)
 
 
 def test_an_unknown_solver_is_refused(program):
-    with pytest.raises(ValueError, match="choose one of snopt, ipopt"):
+    with pytest.raises(ValueError, match="choose one of newton, snopt, ipopt"):
         solve(program, "simplex")
 
 
@@ -198,21 +204,52 @@ def test_every_evaluated_point_is_told_once(program, solver, short):
     told = []
     solution = solve(program, solver, tell=told.append)
     assert [now.number for now in told] == list(range(1, len(told) + 1))
-    assert solution.iterations == len(told)
-    stages = [now.stage for now in told]
-    turns = [stage for i, stage in enumerate(stages) if i == 0 or stage != stages[i - 1]]
-    assert turns == ["posture", "torque"]
+    assert solution.iterations == (2 if solver == "newton" else len(told))
+    assert stages(told) == (["torque"] if solver == "newton" else ["posture", "torque"])
     assert np.all(np.diff([now.elapsed for now in told]) > 0.0)
     for now in told[::3]:
         assert now.cost == pytest.approx(program.cost(now.free)[0])
         assert now.worst.value == max(v.value for v in program.violations(now.free))
 
 
-def test_a_start_makes_the_posture_stage_unnecessary(program, short):
+def stages(told):
+    """The stages that were told, in order."""
+    found = [now.stage for now in told]
+    return [stage for i, stage in enumerate(found) if i == 0 or stage != found[i - 1]]
+
+
+def test_with_weights_a_posture_path_comes_first_whatever_solver(program, solver, short):
+    short(1)
+    told = []
+    solve(program, solver, tell=told.append, weights=(0.3, 1e-2))
+    assert stages(told) == ["posture", "torque"]
+
+
+def test_newton_starts_at_the_guess_of_the_program_or_at_one_that_is_given(program, short):
+    """But for joints at a limit, which IPOPT moves off by a hundredth of their range."""
+    short(1)
+    for guess in (None, near_walk(program)):
+        told = []
+        solve(program, "newton", tell=told.append, guess=guess)
+        expected = program.guess() if guess is None else guess
+        lower, upper = (np.tile(limit, program.basis.n_free) for limit in program.limits)
+        inside = np.minimum(expected - lower, upper - expected) > 0.02 * (upper - lower)
+        inside &= np.minimum(expected - lower, upper - expected) > 0.02 * program.unit
+        assert np.count_nonzero(inside) > 40
+        np.testing.assert_allclose(told[0].free[inside], expected[inside], atol=1e-12)
+
+
+def test_a_start_makes_the_posture_stage_unnecessary(program, solver, short):
+    short(1)
+    told = []
+    solve(program, solver, start=near_walk(program), tell=told.append)
+    assert {now.stage for now in told} == {"torque"}
+
+
+def test_snopt_starts_where_it_is_told(program, short):
     short(1)
     told, start = [], near_walk(program)
-    solve(program, start=start, tell=told.append)
-    assert {now.stage for now in told} == {"torque"}
+    solve(program, "snopt", start=start, tell=told.append)
     limits = (np.tile(limit, program.basis.n_free) for limit in program.limits)
     # SNOPT first moves to the nearest point that keeps the linear constraints: the knee at 60 deg
     moved = np.abs(told[0].free - np.clip(start, *limits)) > 1e-9
@@ -262,23 +299,24 @@ def test_ctrl_c_works_in_the_torque_stage_too(program, solver):
     np.testing.assert_array_equal(solution.gait.free, interrupt.best().free)
 
 
-def test_ctrl_c_between_the_stages_keeps_the_posture(program, monkeypatch, short):
+def test_ctrl_c_between_the_stages_keeps_the_posture(program, solver, monkeypatch, short):
     short(2)
     run, interrupt = room._run, Interrupt(-1)
 
-    def run_and_press(prog, *arguments):
-        result = run(prog, *arguments)
-        if prog is not program.prog:
+    def run_and_press(program, stage, *arguments):
+        end = run(program, stage, *arguments)
+        if stage is not program.torques:
             signal.raise_signal(signal.SIGINT)
-        return result
+        return end
 
     monkeypatch.setattr(room, "_run", run_and_press)
-    solution = solve(program, tell=interrupt)
+    solution = solve(program, solver, tell=interrupt, weights=room.POSTURE)
     assert solution.interrupted
+    assert stages(interrupt.told) == ["posture"]
     np.testing.assert_array_equal(solution.gait.free, interrupt.best().free)
 
 
-def test_ctrl_c_before_the_first_point_stops_like_any_program(program, monkeypatch):
+def test_ctrl_c_before_the_first_point_stops_like_any_program(program, solver, monkeypatch):
     guess = program.guess
 
     def press():
@@ -287,7 +325,7 @@ def test_ctrl_c_before_the_first_point_stops_like_any_program(program, monkeypat
 
     monkeypatch.setattr(program, "guess", press)
     with pytest.raises(KeyboardInterrupt):
-        solve(program)
+        solve(program, solver)
     assert program.observe is None
 
 
@@ -319,14 +357,14 @@ def test_a_mistake_in_what_is_told_is_not_taken_for_an_interruption(program, sol
     assert program.observe is None
 
 
-def test_it_solves_outside_the_main_thread(program, short):
+def test_it_solves_outside_the_main_thread(program, solver, short):
     """Signals belong to the main thread; elsewhere there is nothing to install."""
     short(1)
     solutions = []
-    thread = threading.Thread(target=lambda: solutions.append(solve(program)))
+    thread = threading.Thread(target=lambda: solutions.append(solve(program, solver)))
     thread.start()
     thread.join()
-    assert len(solutions) == 1
+    assert [LIMIT_REACHED[solver] in solution.status for solution in solutions] == [True]
 
 
 def test_a_feasible_point_on_the_way_is_better_than_an_infeasible_end(program, monkeypatch):
@@ -340,9 +378,55 @@ def test_a_feasible_point_on_the_way_is_better_than_an_infeasible_end(program, m
 
     def run(*_):
         program.instants(guess)
-        return sunken.ravel(), True, "lost"
+        return room._End(sunken.ravel(), True, "lost")
 
     monkeypatch.setattr(room, "_run", run)
     solution = solve(program, start=guess)
     np.testing.assert_array_equal(solution.gait.free, guess)
     assert not solution.converged
+
+
+@pytest.fixture(scope="module")
+def walk():
+    """A coarse walk by newton, some seconds."""
+    program = build_program(scenario())
+    solution = solve(program)
+    assert solution.converged
+    return program, solution
+
+
+def test_a_walk_started_warm_at_itself_takes_a_step_or_two(walk):
+    program, solution = walk
+    start, multipliers = solution.gait.free, solution.multipliers
+    warm = solve(program, start=start, multipliers=multipliers)
+    assert warm.converged
+    assert warm.iterations <= 4 < solution.iterations
+    assert warm.cost == pytest.approx(solution.cost, rel=1e-5)
+    without = solve(program, start=start)
+    assert warm.iterations < without.iterations
+
+
+@pytest.mark.parametrize("solver", ["snopt", "ipopt"])
+def test_multipliers_do_not_disturb_the_other_solvers(walk, solver, short):
+    """They have no use for them."""
+    short(1)
+    program, solution = walk
+    start = solution.gait.free
+    given, without = (
+        solve(program, solver, start, multipliers=multipliers)
+        for multipliers in (solution.multipliers, None)
+    )
+    np.testing.assert_array_equal(given.gait.free, without.gait.free)
+
+
+def test_every_constraint_of_a_walk_has_its_multipliers(walk):
+    """As many as rows; nothing where a bound is not reached, and the sign of the bound."""
+    program, solution = walk
+    sizes = {c.name: len(c.lower) for c in program.constraints} | {LIMITS[0]: len(program.unit)}
+    found = solution.multipliers
+    assert {name: len(price) for name, price in found.items()} == sizes
+    for c in program.constraints:
+        value, price = program.residual(c, solution.gait.free)[0], found[c.name]
+        counts = np.abs(price) > 1e-2 * max(np.abs(price).max(), 1.0)
+        away = np.where(price > 0.0, value - c.lower, c.upper - value)
+        np.testing.assert_allclose(away[counts], 0.0, atol=1e-3)

@@ -1,0 +1,95 @@
+"""Problems of one or two variables, for all solvers: written once, exact and for Drake."""
+
+from dataclasses import replace
+
+import numpy as np
+from pydrake.solvers import MathematicalProgram
+
+from human_gait import solver as room
+from human_gait.interior_point import NonlinearProgram, minimise
+
+
+def numbers(*values):
+    return np.array(values, dtype=float)
+
+
+def free(n):
+    return np.full(n, -np.inf), np.full(n, np.inf)
+
+
+def valley(**changes):
+    """Rosenbrock's curved valley with the circle of radius 1 as a limit."""
+    problem = NonlinearProgram(
+        *free(2),
+        numbers(-np.inf),
+        numbers(1.0),
+        lambda x: 100.0 * (x[1] - x[0] ** 2) ** 2 + (1.0 - x[0]) ** 2,
+        lambda x: numbers(
+            -400.0 * x[0] * (x[1] - x[0] ** 2) - 2.0 * (1.0 - x[0]), 200.0 * (x[1] - x[0] ** 2)
+        ),
+        lambda x: [x[0] ** 2 + x[1] ** 2],
+        (np.array([0, 0]), np.array([0, 1])),
+        lambda x: 2.0 * x,
+        (np.array([0, 0, 1]), np.array([0, 1, 1])),
+        lambda x, factor, by_row: (
+            factor * numbers(1200.0 * x[0] ** 2 - 400.0 * x[1] + 2.0, -400.0 * x[0], 200.0)
+            + by_row[0] * numbers(2.0, 0.0, 2.0)
+        ),
+    )
+    return replace(problem, **changes)
+
+
+VALLEY_START = numbers(-0.9, 0.2)
+VALLEY_END = numbers(0.78641515, 0.61769831)  # the root of the condition of tangency, by bisection
+
+
+def cube():
+    """x^3 = 8, at no cost."""
+    return NonlinearProgram(
+        *free(1),
+        numbers(8.0),
+        numbers(8.0),
+        lambda x: 0.0 * x[0],
+        lambda x: 0.0 * x,
+        lambda x: [x[0] ** 3],
+        (np.array([0]), np.array([0])),
+        lambda x: 3.0 * x**2,
+        (np.array([0]), np.array([0])),
+        lambda x, _, by_row: 6.0 * by_row * x,
+    )
+
+
+def corner():
+    """The corner (0.7, 0) of a box is nearest to a point outside; one row that never matters."""
+    return NonlinearProgram(
+        numbers(0.0, 0.0),
+        numbers(0.7, 0.7),
+        numbers(-9.0),
+        numbers(9.0),
+        lambda x: (x[0] - 2.0) ** 2 + (x[1] + 1.0) ** 2,
+        lambda x: 2.0 * (x - numbers(2.0, -1.0)),
+        lambda x: [x[0] + x[1]],
+        (np.array([0, 0]), np.array([0, 1])),
+        lambda _: numbers(1.0, 1.0),
+        (np.array([0, 1]), np.array([0, 1])),
+        lambda _, factor, __: factor * numbers(2.0, 2.0),
+    )
+
+
+def in_drake(problem):
+    """The same as a program of Drake, which differentiates by itself."""
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(len(problem.lower))
+    prog.AddBoundingBoxConstraint(problem.lower, problem.upper, x)
+    prog.AddCost(problem.cost, x)
+    prog.AddConstraint(problem.rows, problem.row_lower, problem.row_upper, x)
+    return prog
+
+
+def run(problem, solver, start, changes):
+    """Where a solver ends with our options and changes of them: x, solved, status."""
+    if solver == "newton":
+        end = minimise(problem, start, {**room._OPTIONS["newton"], **changes})
+        return end.x, end.solved, end.status
+    end = room._by_drake(in_drake(problem), solver, start, changes)
+    return end.free, end.solved, end.status
