@@ -104,6 +104,10 @@ def predict(
     """Predict the walk of a scenario and write the result."""
     task = load_scenario(scenario)
     if warm_from:
+        if solver is SolverChoice.ALL:
+            raise typer.BadParameter(
+                "not with --solver all: give one solver", param_hint="--warm-from"
+            )
         check_result(warm_from)
     folder = out or Path("out") / task.name
     check_writable(folder)

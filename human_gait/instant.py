@@ -136,8 +136,10 @@ class Walker:
             by_qq, by_qv = self._feet.hessian(dynamics, now.feet[f], now.v, f, *weights)
             qq[:, chain[:, None], chain] += by_qq
             qv[:, chain[:, None], chain] += by_qv
-        J, F = now.muscle_torque.partials[:, len(ROOT) :], now.ground.wrench.partials
-        squared = J * np.sqrt(adjoint.torque_second[:, len(ROOT) :, None])
+        J, F = now.muscle_torque.partials, now.ground.wrench.partials
+        counting = np.flatnonzero(adjoint.torque_second.any(axis=0))
+        counting = counting[counting >= len(ROOT)]
+        squared = J[:, counting] * np.sqrt(adjoint.torque_second[:, counting, None])
         half = adjoint.wrench_second @ F / 2
         half[:, :, :N_DOF] += mixed.swapaxes(1, 2)
         return SecondDerivatives(StateHessian(qq, qv, qa, vv), squared, half, F)

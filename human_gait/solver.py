@@ -1,8 +1,9 @@
 """Solve the program: by Newton steps, or with SNOPT or IPOPT through Drake.
 
-``newton`` is IPOPT with exact second derivatives (`lagrangian`, `interior_point`); it starts from
-the guess as it is. The other two build up second derivatives from changes of the gradient on the
-way, and want a feasible posture path first.
+``newton`` is IPOPT with exact second derivatives (`lagrangian`, `interior_point`). The other two
+build up second derivatives from changes of the gradient on the way. All take a posture path first,
+near the guess and gently moving: SNOPT and IPOPT to be feasible, ``newton`` for a few steps only,
+without which it now and then ends in a dearer walk.
 """
 
 from __future__ import annotations
@@ -81,11 +82,11 @@ _WARM: dict[str, Any] = {
 """Near a solution the barrier starts low; slacks and multipliers are pushed off zero a little."""
 
 _POSTURE_OPTIONS: dict[str, dict[str, Any]] = {
-    "newton": {"tol": 1e-2, "max_iter": 50},
+    "newton": {"tol": 1e-2, "max_iter": 15},
     "snopt": {"Major optimality tolerance": 1e-1, "Major iterations limit": 25},
     "ipopt": {"tol": 1e-2, "max_iter": 50},
 }
-POSTURE = (1.0, 1e-1)
+POSTURE = {"newton": (0.3, 1e-2), "snopt": (1.0, 1e-1), "ipopt": (1.0, 1e-1)}
 """Weights of a posture path: staying near the guess [1/rad^2 s], moving gently [s^3/rad^2]."""
 
 _SNOPT_STATUS = {
@@ -219,13 +220,12 @@ class _Start:
     weights: tuple[float, float] | None
     multipliers: Mapping[str, FloatArray] | None
 
-    def of(self, program: GaitProgram, solver: str) -> FloatArray:
-        """Return the free control points that the torques start from."""
+    def of(self, program: GaitProgram, solver: str) -> _End:
+        """Return what the torques start from."""
         if self.point is not None:
-            return self.point
+            return _End(self.point, True, "given", 0)
         guess = program.guess() if self.guess is None else self.guess
-        weights = self.weights if solver == "newton" else self.weights or POSTURE
-        return guess if weights is None else _posture(program, solver, guess, weights)
+        return _posture(program, solver, guess, self.weights or POSTURE[solver])
 
 
 def solve(
@@ -245,14 +245,13 @@ def solve(
     solver : str
         One of ``SOLVERS``.
     start : (m * 55,) array, optional
-        Free control points that the torques start from; by default the guess for ``newton`` and
-        a posture path for the others.
+        Free control points that the torques start from; by default the posture path.
     tell : function, optional
         Is given every evaluated point.
     guess : (m * 55,) array, optional
-        Free control points to use instead of the program's own guess.
+        Free control points that the posture path stays near; by default the program's own guess.
     weights : tuple of float, optional
-        Of the posture path, as in ``POSTURE``; with them ``newton`` takes one too.
+        Of the posture path, instead of those in ``POSTURE``.
     multipliers : mapping of str to array, optional
         Of a walk like this one (`Solution.multipliers`), whose control points are the start: for
         ``newton``, which then starts warm.
@@ -289,7 +288,7 @@ def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None)
     program.observe = watch = _Watch(program, tell)
     try:
         with _interruptible(watch):
-            path = _posture(program, "snopt", program.guess(), POSTURE)
+            path = _posture(program, "snopt", program.guess(), POSTURE["snopt"]).free
     except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
         if not watch.stop:
             raise
@@ -303,9 +302,11 @@ def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None)
 
 def _stages(program: GaitProgram, solver: str, watch: _Watch, given: _Start) -> Solution:
     try:
-        point = given.of(program, solver)
+        before = given.of(program, solver)
         watch.stage = "torque"
-        end = _run(program, program.torques, solver, point, {}, given.multipliers)
+        end = _run(program, program.torques, solver, before.free, {}, given.multipliers)
+        if before.iterations is not None and end.iterations is not None:
+            end = replace(end, iterations=before.iterations + end.iterations)
     except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
         if not watch.stop:
             raise
@@ -317,10 +318,10 @@ def _stages(program: GaitProgram, solver: str, watch: _Watch, given: _Start) -> 
 
 def _posture(
     program: GaitProgram, solver: str, guess: FloatArray, weights: tuple[float, float]
-) -> FloatArray:
-    """Return a posture path near a guess, (m * 55,), feasible or nearly so."""
+) -> _End:
+    """Return a posture path near a guess, feasible or nearly so."""
     easier = program.posture(guess, *weights)
-    return _run(program, easier, solver, guess, _POSTURE_OPTIONS[solver]).free
+    return _run(program, easier, solver, guess, _POSTURE_OPTIONS[solver])
 
 
 def _run(
