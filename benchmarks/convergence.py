@@ -30,6 +30,7 @@ from human_gait.scenario import Scenario, load_scenario
 from human_gait.solver import Solution, solve
 from human_gait.verification import verify
 
+SOLVER = "snopt"  # that the page on convergence was made with
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
 NUMBERS = range(5, 13)
 FEW = 6  # up to here clamped splines
@@ -93,7 +94,7 @@ def solved(folder: Path, n: int, start: str) -> dict[str, Any] | None:
         if coarser is None:
             return None
         program, free = refined_program(coarser, n)
-    solution = solve(program, start=free)
+    solution = solve(program, SOLVER, start=free)
     numbers = measured(n, start, solution)
     case.mkdir(parents=True, exist_ok=True)
     save_gait(solution.gait, case)

@@ -1,6 +1,6 @@
 """How often a user who asks for a reasonable gait gets one.
 
-    python benchmarks/robustness.py [--out DIR] [--workers N] [--first N]
+    python benchmarks/robustness.py [--solver NAME] [--out DIR] [--workers N] [--first N]
 
 Solves a fixed design of 200 walks: speed 0.6 to 1.8 m/s, step 0.4 to 0.9 m, load 0 to 30 kg,
 stature 1.50 to 1.95 m, mass 45 to 110 kg (a Sobol sequence in these five), women and men in turn,
@@ -35,6 +35,7 @@ from human_gait.gait_file import save_gait
 from human_gait.ladder import best, climb, disturbed
 from human_gait.program import build_program
 from human_gait.scenario import Scenario
+from human_gait.solver import SOLVERS
 
 SIZE = 200
 _TURNED = 150  # neighbours of a Sobol sequence lie in opposite halves: from here on, the other sex
@@ -65,12 +66,12 @@ def design(size: int = SIZE) -> list[Scenario]:
     return walks[:size]
 
 
-def solved(number: int, folder: Path) -> dict[str, Any]:
+def solved(number: int, folder: Path, solver: str) -> dict[str, Any]:
     """Return what became of one walk of the design, and keep it in a folder of its own."""
     scenario, began = design()[number], time.process_time()
     program = build_program(scenario)
     guess = disturbed(program, np.random.default_rng(number))
-    attempts = climb(program, seed=number, guess=guess)
+    attempts = climb(program, solver, seed=number, guess=guess)
     kept = best(attempts)
     place = folder / f"{number:03d}"
     place.mkdir(exist_ok=True)
@@ -101,7 +102,9 @@ def solved(number: int, folder: Path) -> dict[str, Any]:
     }
 
 
-def run(numbers: list[int], folder: Path, workers: int) -> list[dict[str, Any]]:
+def run(
+    numbers: list[int], folder: Path, workers: int, solver: str = "newton"
+) -> list[dict[str, Any]]:
     """Return the results of some walks in the order of their numbers, those of before included."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "results.jsonl"
@@ -116,7 +119,9 @@ def run(numbers: list[int], folder: Path, workers: int) -> list[dict[str, Any]]:
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
     with bar, pool, path.open("a", encoding="utf-8") as file:
         task = bar.add_task("", total=len(numbers), completed=len(numbers) - len(missing))
-        for done in as_completed([pool.submit(solved, number, folder) for number in missing]):
+        for done in as_completed(
+            [pool.submit(solved, number, folder, solver) for number in missing]
+        ):
             one = done.result()
             results[one["number"]] = one
             file.write(json.dumps(one) + "\n")
@@ -177,10 +182,12 @@ def main() -> None:
     """Solve, print and write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("out/robustness"))
+    parser.add_argument("--solver", default="newton", choices=SOLVERS)
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     parser.add_argument("--first", type=int, default=SIZE, choices=range(1, SIZE + 1), metavar="N")
     options = parser.parse_args()
-    results = run(list(range(options.first)), options.out, options.workers)
+    numbers = list(range(options.first))
+    results = run(numbers, options.out, options.workers, options.solver)
     table = Table(title="Walks found", title_justify="left")
     for column in ("region", "found", "%", "median s", "90 % s", "more attempts"):
         table.add_column(column, justify="left" if column == "region" else "right")
