@@ -3,7 +3,8 @@
 Most scenarios need the first one only. Every rung is recorded; for a given seed the ladder takes
 the same way every time.
 
-1. The guess from the plan alone, by posture paths: the solver's own, then others.
+1. The guess from the plan alone: as it is (for ``newton``), then by three posture paths, as a rule,
+   freer, more gently.
 2. Continuation: the same person walks comfortably and unladen first; speed, step and load then move
    to those asked for in two strides, each solve starting from the one before.
 3. The guess, disturbed at random.
@@ -36,7 +37,12 @@ Tell = Callable[[Iterate], None]
 Run = Callable[..., Solution]
 
 OWN_GUESS, GIVEN, WARM = "own guess", "given start", "warm start"
-_PATHS = {"freer": (0.3, 1e-2), "gently": (1.0, 1e-1), "more gently": (1.0, 1.0)}
+_PATHS: dict[str, tuple[float, float] | None] = {
+    OWN_GUESS: None,
+    "own guess, by a posture path": POSTURE,
+    "own guess, freer": (0.3, 1e-2),
+    "own guess, more gently": (1.0, 1.0),
+}
 _STRIDES = (0.0, 0.5, 1.0)  # of the way from comfortable walking to the walk that is asked for
 _COMFORTABLE_SPEED, _COMFORTABLE_STEP = 0.4, 0.71  # of sqrt(g l) and of l, the length of the leg
 _SPENT = ("iterations", "evaluations", "wall_time")
@@ -176,11 +182,10 @@ def disturbed(program: GaitProgram, rng: np.random.Generator) -> FloatArray:
 def _rungs(
     program: GaitProgram, solver: str, seed: int, first: FloatArray | None
 ) -> Iterator[tuple[str, Run]]:
-    yield OWN_GUESS, partial(solve, program, solver, guess=first)
     for name, weights in _PATHS.items():
-        if weights != POSTURE[solver]:
-            run = partial(solve, program, solver, guess=first, weights=weights)
-            yield f"{OWN_GUESS}, {name}", run
+        if name != OWN_GUESS and weights == POSTURE and solver != "newton":
+            continue  # the others take this path anyway
+        yield name, partial(solve, program, solver, guess=first, weights=weights)
     yield "continuation", partial(_continued, program, solver)
     rng = np.random.default_rng(seed)
     for n in range(1, _RANDOM_STARTS + 1):

@@ -1,9 +1,8 @@
 """Solve the program: by Newton steps, or with SNOPT or IPOPT through Drake.
 
-``newton`` is IPOPT with exact second derivatives (`lagrangian`, `interior_point`). The other two
-build up second derivatives from changes of the gradient on the way. All take a posture path first,
-near the guess and gently moving: SNOPT and IPOPT to be feasible, ``newton`` for a few steps only,
-without which it now and then ends in a dearer walk.
+``newton`` is IPOPT with exact second derivatives (`lagrangian`, `interior_point`); it starts from
+the guess as it is. The other two build up second derivatives from changes of the gradient on the
+way, and want a feasible posture path first.
 """
 
 from __future__ import annotations
@@ -48,6 +47,8 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "nlp_scaling_method": "none",
         "mu_strategy": "adaptive",
         "max_soc": 0,
+        "perturb_inc_fact": 3.0,  # where the curvature is negative, which it often is
+        "perturb_dec_fact": 0.5,
     },
     "snopt": {
         "Major feasibility tolerance": 1e-6,
@@ -82,11 +83,11 @@ _WARM: dict[str, Any] = {
 """Near a solution the barrier starts low; slacks and multipliers are pushed off zero a little."""
 
 _POSTURE_OPTIONS: dict[str, dict[str, Any]] = {
-    "newton": {"tol": 1e-2, "max_iter": 15},
+    "newton": {"tol": 1e-2, "max_iter": 50},
     "snopt": {"Major optimality tolerance": 1e-1, "Major iterations limit": 25},
     "ipopt": {"tol": 1e-2, "max_iter": 50},
 }
-POSTURE = {"newton": (0.3, 1e-2), "snopt": (1.0, 1e-1), "ipopt": (1.0, 1e-1)}
+POSTURE = (1.0, 1e-1)
 """Weights of a posture path: staying near the guess [1/rad^2 s], moving gently [s^3/rad^2]."""
 
 _SNOPT_STATUS = {
@@ -225,7 +226,10 @@ class _Start:
         if self.point is not None:
             return _End(self.point, True, "given", 0)
         guess = program.guess() if self.guess is None else self.guess
-        return _posture(program, solver, guess, self.weights or POSTURE[solver])
+        weights = self.weights if solver == "newton" else self.weights or POSTURE
+        if weights is None:
+            return _End(guess, True, "guess", 0)
+        return _posture(program, solver, guess, weights)
 
 
 def solve(
@@ -245,13 +249,14 @@ def solve(
     solver : str
         One of ``SOLVERS``.
     start : (m * 55,) array, optional
-        Free control points that the torques start from; by default the posture path.
+        Free control points that the torques start from; by default the guess for ``newton`` and
+        a posture path for the others.
     tell : function, optional
         Is given every evaluated point.
     guess : (m * 55,) array, optional
-        Free control points that the posture path stays near; by default the program's own guess.
+        Free control points to use instead of the program's own guess.
     weights : tuple of float, optional
-        Of the posture path, instead of those in ``POSTURE``.
+        Of the posture path, as in ``POSTURE``; with them ``newton`` takes one too.
     multipliers : mapping of str to array, optional
         Of a walk like this one (`Solution.multipliers`), whose control points are the start: for
         ``newton``, which then starts warm.
@@ -288,7 +293,7 @@ def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None)
     program.observe = watch = _Watch(program, tell)
     try:
         with _interruptible(watch):
-            path = _posture(program, "snopt", program.guess(), POSTURE["snopt"]).free
+            path = _posture(program, "snopt", program.guess(), POSTURE).free
     except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
         if not watch.stop:
             raise
@@ -305,7 +310,7 @@ def _stages(program: GaitProgram, solver: str, watch: _Watch, given: _Start) -> 
         before = given.of(program, solver)
         watch.stage = "torque"
         end = _run(program, program.torques, solver, before.free, {}, given.multipliers)
-        if before.iterations is not None and end.iterations is not None:
+        if end.iterations is not None and before.iterations is not None:
             end = replace(end, iterations=before.iterations + end.iterations)
     except (_Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
         if not watch.stop:

@@ -14,7 +14,7 @@ from human_gait.solver import FEASIBLE, POSTURE, SOLVERS, Solution
 
 TASK = scenario(control_points=6, load=BACKPACK)
 PROGRAM = build_program(TASK)
-PATHS = 3  # rungs of newton before the continuation, whose three solves follow
+PATHS = 4  # rungs of newton before the continuation, whose three solves follow
 
 
 @pytest.fixture
@@ -73,7 +73,8 @@ def test_every_rung_is_tried_and_recorded_before_giving_up(solves, solver):
     others = [other for other in SOLVERS if other != solver]
     assert starts(attempts) == [
         OWN_GUESS,
-        "own guess, gently" if solver == "newton" else "own guess, freer",
+        *(["own guess, by a posture path"] if solver == "newton" else []),
+        "own guess, freer",
         "own guess, more gently",
         "continuation",
         "random start 1 of seed 7",
@@ -83,7 +84,9 @@ def test_every_rung_is_tried_and_recorded_before_giving_up(solves, solver):
     assert told == starts(attempts)
     assert not any(attempt.success for attempt in attempts)
     weights = [given["weights"] for *_, given in solves.asked if "weights" in given]
-    assert len({*weights, POSTURE[solver]}) == 3  # no path twice
+    assert weights[0] is None  # the solver's own way
+    assert len(set(weights)) == len(weights) == 3 + (solver == "newton")
+    assert (POSTURE in weights) == (solver == "newton")  # the others' own way is by this path
     asked = [asked for _, asked, *_ in solves.asked]
     assert asked == [solver] * (len(asked) - 2) + others
 
@@ -134,8 +137,8 @@ def test_a_guess_that_is_given_is_that_of_the_first_rungs(solves):
     guess = PROGRAM.guess() + 0.01
     climb(PROGRAM, guess=guess)
     given = [given.get("guess") for *_, given in solves.asked]
-    assert all(one is guess for one in given[:PATHS])
-    assert not any(one is guess for one in given[PATHS:])
+    assert all(one is guess for one in given[:4])
+    assert not any(one is guess for one in given[4:])
 
 
 def test_an_interruption_ends_it(solves):

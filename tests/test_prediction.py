@@ -39,7 +39,7 @@ KEYS = {
 }
 LIMIT = {"newton": "max_iter", "snopt": "Major iterations limit", "ipopt": "max_iter"}
 LIMIT_REACHED = {"newton": "Maximum_Iterations_Exceeded", "snopt": "32"}
-SECOND_START = {"newton": "own guess, gently", "snopt": "own guess, freer"}
+SECOND_START = {"newton": "own guess, by a posture path", "snopt": "own guess, freer"}
 FILES = {"explanation.json", "gait.npz", "summary.json", "gait_cycle.csv", "playback.html"}
 
 
