@@ -17,7 +17,8 @@ class Adjoint:
     """Derivatives of a weighted sum in what it is made of, at K instants.
 
     The objective and the constraints depend on the motion through few quantities; their second
-    derivatives in the motion follow from these derivatives by the chain rule (`Walker.hessian`).
+    derivatives in the motion follow from these derivatives by the chain rule
+    (`Walker.second_derivatives`).
 
     Attributes
     ----------
