@@ -28,9 +28,10 @@ import numpy.typing as npt
 from human_gait.gait_file import make_record
 from human_gait.program import GaitProgram, build_program
 from human_gait.scenario import Scenario
-from human_gait.skeleton import GRAVITY, N_DOF, index
+from human_gait.skeleton import GRAVITY, N_DOF
 from human_gait.solver import FEASIBLE, POSTURE, SOLVERS, Iterate, Solution, solve
 from human_gait.verification import FRICTION, Check, verify
+from human_gait.warm_start import stretched
 
 FloatArray = npt.NDArray[np.float64]
 Tell = Callable[[Iterate], None]
@@ -183,7 +184,7 @@ def _rungs(
     program: GaitProgram, solver: str, seed: int, first: FloatArray | None
 ) -> Iterator[tuple[str, Run]]:
     for name, weights in _PATHS.items():
-        if name != OWN_GUESS and weights == POSTURE and solver != "newton":
+        if weights == POSTURE and solver != "newton":
             continue  # the others take this path anyway
         yield name, partial(solve, program, solver, guess=first, weights=weights)
     yield "continuation", partial(_continued, program, solver)
@@ -233,7 +234,7 @@ def _continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> S
         task = on_the_way(program.scenario, share)
         stride = program if share == 1.0 else build_program(task, dynamics=program.dynamics)
         if guess is not None:
-            guess = _stretched(guess, task.walk.step_length / step_length)
+            guess = stretched(guess, task.walk.step_length / step_length)
         solution = solve(stride, solver, tell=tell, guess=guess)
         if solution.interrupted and share < 1.0:
             raise KeyboardInterrupt  # another walk is nothing to keep
@@ -258,10 +259,3 @@ def on_the_way(scenario: Scenario, share: float) -> Scenario:
     )
     load = replace(scenario.load, mass=share * scenario.load.mass)
     return replace(scenario, walk=between, load=load)
-
-
-def _stretched(free: FloatArray, factor: float) -> FloatArray:
-    """Return control points of steps that are longer by a factor, the joint angles as they are."""
-    points = free.reshape(-1, N_DOF).copy()
-    points[:, index("pelvis_tz")] *= factor
-    return points.ravel()

@@ -7,11 +7,9 @@ entries and with second derivatives.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import vstack
 
 from human_gait.interior_point import Duals, NonlinearProgram
 from human_gait.program import LIMITS, GaitProgram, Stage
@@ -41,7 +39,7 @@ class Lagrangian:
         self.bindings = [*prog.generic_constraints(), *self.linear]
         self._n = prog.num_vars()
         self._ends = np.cumsum([len(c.lower) for c in self.curved])
-        self._matrix = _stacked([b.evaluator().get_sparse_A() for b in self.linear], self._n)
+        self._matrix = vstack([b.evaluator().get_sparse_A() for b in self.linear], format="csr")
         self._Q, self._b = self._quadratic()
         self._rows, self._columns = self._jacobian_entries()
         self._hessian_entries = _upper(program.transcription.coupled())
@@ -139,11 +137,6 @@ class Lagrangian:
         first = np.concatenate([[0], self._ends[:-1]])
         rows = [start + rows for start, (rows, _) in zip(first, entries, strict=True)]
         return np.concatenate(rows), np.concatenate([columns for _, columns in entries])
-
-
-def _stacked(matrices: Sequence[csr_array], n: int) -> csr_array:
-    none = coo_array((0, n))
-    return csr_array(np.vstack([none.toarray(), *(matrix.toarray() for matrix in matrices)]))
 
 
 def _upper(coupled: npt.NDArray[np.bool_]) -> tuple[IntArray, IntArray]:

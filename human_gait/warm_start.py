@@ -61,8 +61,7 @@ def adapted(gait: Gait, program: GaitProgram) -> FloatArray:
     if same and np.allclose(
         gait.breaks / gait.step_time, program.basis.breaks / program.basis.step_time
     ):
-        points = gait.free.reshape(-1, N_DOF).copy()
-        points[:, _FORWARD] *= longer
+        points = stretched(gait.free, longer).reshape(-1, N_DOF)
     else:
         phases = np.linspace(0.0, 1.0, _SAMPLES)
         q = gait.basis.matrix(phases * gait.step_time) @ gait.control_points
@@ -71,6 +70,13 @@ def adapted(gait: Gait, program: GaitProgram) -> FloatArray:
             phases * program.basis.step_time, q, program.scenario.walk.step_length
         )
     return np.clip(points, *program.limits).ravel()
+
+
+def stretched(free: FloatArray, factor: float) -> FloatArray:
+    """Return control points of steps that are longer by a factor, the joint angles as they are."""
+    points = free.reshape(-1, N_DOF).copy()
+    points[:, _FORWARD] *= factor
+    return points.ravel()
 
 
 def fitting(multipliers: Mapping[str, FloatArray], program: GaitProgram) -> dict[str, FloatArray]:
