@@ -5,8 +5,8 @@
 
 Prints JSON: for each solve time, iterations, cost and whether it is a walk that passes every check,
 and the largest memory of the process. Imports are not timed. ``cold`` starts from the program's own
-guess; ``warm`` solves a problem so, and then a neighbour of it, 5 % faster or with 5 % more load,
-twice: cold, and from the first walk, which `newton` is given with its multipliers.
+guess; ``speed``, ``step length`` and ``load`` solve a problem so, and then one in which that is 5 %
+more, twice: cold, and warm from the first walk, which `newton` is given with its multipliers.
 """
 
 from __future__ import annotations
@@ -42,11 +42,13 @@ def task(cell: Cell) -> Scenario:
     return replace(scenario, discretisation=grid)
 
 
-def neighbour(scenario: Scenario) -> Scenario:
-    """Return a problem nearby: with more load where there is one, else faster."""
-    if scenario.load.mass:
-        return replace(scenario, load=replace(scenario.load, mass=MORE * scenario.load.mass))
-    return replace(scenario, walk=replace(scenario.walk, speed=MORE * scenario.walk.speed))
+def neighbour(scenario: Scenario, change: str) -> Scenario:
+    """Return a problem nearby: faster, with longer steps or with more load."""
+    walk, load = scenario.walk, scenario.load
+    if change == "load":
+        return replace(scenario, load=replace(load, mass=MORE * load.mass))
+    name = {"speed": "speed", "step length": "step_length"}[change]
+    return replace(scenario, walk=replace(walk, **{name: MORE * getattr(walk, name)}))
 
 
 def solved(
@@ -86,8 +88,8 @@ def measured(cell: Cell) -> dict[str, Any]:
     scenario, imported = task(cell), memory()
     first = solved(cell, scenario)
     found = {"cold": first}
-    if cell["kind"] == "warm":
-        near = neighbour(scenario)
+    if cell["kind"] != "cold":
+        near = neighbour(scenario, cell["kind"])
         found = {
             "first": first,
             "cold": solved(cell, near),

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import vstack
 
-from human_gait.interior_point import Duals, NonlinearProgram
+from human_gait.nonlinear_program import Duals, NonlinearProgram
 from human_gait.program import LIMITS, GaitProgram, Stage
 from human_gait.skeleton import N_DOF
 

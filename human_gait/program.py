@@ -336,9 +336,9 @@ class GaitProgram:
             return
         function = _seam(lambda free: self.residual(constraint, free), self.unit)
         binding = prog.AddConstraint(function, constraint.lower, constraint.upper, variables)
-        entries = {*zip(*self.transcription.entries(constraint), strict=True)}
+        pattern = np.unique(np.stack(self.transcription.entries(constraint), axis=1), axis=0)
         binding.evaluator().set_description(constraint.name)
-        binding.evaluator().SetGradientSparsityPattern(sorted((int(r), int(c)) for r, c in entries))
+        binding.evaluator().SetGradientSparsityPattern(pattern.tolist())
 
     def _cost(self, x: npt.NDArray[np.object_]) -> object:
         def scaled(free: FloatArray) -> tuple[FloatArray, ...]:

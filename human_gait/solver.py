@@ -1,8 +1,9 @@
 """Solve the program: by Newton steps, or with SNOPT or IPOPT through Drake.
 
-``newton`` is IPOPT with exact second derivatives (`lagrangian`, `interior_point`); it starts from
-the guess as it is. The other two build up second derivatives from changes of the gradient on the
-way, and want a feasible posture path first.
+``newton`` has exact second derivatives (`lagrangian`): IPOPT from the guess as it is
+(`interior_point`), or few steps from a walk like the one to be found (`active_set`). The other two
+build up second derivatives from changes of the gradient on the way, and want a feasible posture
+path first.
 """
 
 from __future__ import annotations
@@ -23,10 +24,13 @@ from pydrake.solvers import (
     SnoptSolver,
     SolverOptions,
 )
+from threadpoolctl import threadpool_limits
 
+from human_gait.active_set import follow
 from human_gait.gait import Gait
 from human_gait.interior_point import minimise
 from human_gait.lagrangian import Lagrangian
+from human_gait.nonlinear_program import Duals, End, NonlinearProgram
 from human_gait.program import GaitProgram, Stage, Violation
 
 FloatArray = npt.NDArray[np.float64]
@@ -70,6 +74,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "mu_strategy": "adaptive",
     },
 }
+_FEW_VARIABLES = 400  # up to 9 control points: the matrices of `active_set` are dense
 _PUSHES = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
 _WARM: dict[str, Any] = {
     "warm_start_init_point": "yes",
@@ -276,7 +281,8 @@ def solve(
     watch = _Watch(program, tell)
     program.observe, program.evaluations = watch, 0
     try:
-        with _interruptible(watch):
+        # matrices of some hundred rows are done before more threads have started
+        with _interruptible(watch), threadpool_limits(1, "blas"):
             return _stages(program, solver, watch, _Start(start, guess, weights, multipliers))
     finally:
         program.observe = None
@@ -352,12 +358,27 @@ def _by_newton(
     changes: dict[str, Any],
     multipliers: Mapping[str, FloatArray] | None,
 ) -> _End:
-    options, duals = {**_OPTIONS["newton"], **changes}, None
-    if multipliers:
+    problem, options = lagrangian.problem(), {**_OPTIONS["newton"], **changes}
+    if not multipliers:
+        end, before = minimise(problem, start, options), 0
+    else:
         duals = lagrangian.from_names(lagrangian.program.duals(multipliers))
-        options |= _WARM
-    end = minimise(lagrangian.problem(), start, options, duals)
-    return _End(end.x, end.solved, end.status, end.iterations, lagrangian.by_name(end.duals))
+        end, before = _warm(problem, start, duals, options)
+    steps = before + end.iterations
+    return _End(end.x, end.solved, end.status, steps, lagrangian.by_name(end.duals))
+
+
+def _warm(
+    problem: NonlinearProgram, start: FloatArray, duals: Duals, options: dict[str, Any]
+) -> tuple[End, int]:
+    """Return where the active set leads, else where IPOPT ends, and steps that led nowhere."""
+    spent = 0
+    if len(start) <= _FEW_VARIABLES:
+        end = follow(problem, start, duals)
+        if end.solved:
+            return end, 0
+        spent = end.iterations
+    return minimise(problem, start, options | _WARM, duals), spent
 
 
 def _by_drake(

@@ -6,7 +6,8 @@ import numpy as np
 from pydrake.solvers import MathematicalProgram
 
 from human_gait import solver as room
-from human_gait.interior_point import NonlinearProgram, minimise
+from human_gait.interior_point import minimise
+from human_gait.nonlinear_program import NonlinearProgram
 
 
 def numbers(*values):

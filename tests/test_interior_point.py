@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from small_problems import VALLEY_END, VALLEY_START, corner, cube, numbers, valley
 
-from human_gait.interior_point import Duals, NonlinearProgram, minimise
+from human_gait.interior_point import minimise
+from human_gait.nonlinear_program import Duals, NonlinearProgram
 
 TIGHT = {"tol": 1e-9, "nlp_scaling_method": "none"}
 FUNCTIONS = ("cost", "gradient", "rows", "jacobian", "hessian")

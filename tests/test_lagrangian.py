@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from walks import BACKPACK, central_difference, near_walk, scenario
 
-from human_gait.interior_point import Duals
 from human_gait.lagrangian import Lagrangian
+from human_gait.nonlinear_program import Duals
 from human_gait.program import COST_SCALE, LIMITS, SYMMETRY, build_program
 
 TASKS = {

@@ -6,9 +6,12 @@ from itertools import pairwise
 
 import pytest
 from rich.console import Console
+from walks import BACKPACK, scenario
 
 from benchmarks.evaluation import PARTS, SEAM, Clock, budget, medians, parts_table, patched
+from benchmarks.one_solve import neighbour
 from benchmarks.speed import (
+    CHANGES,
     GROWING,
     KEYS,
     Runs,
@@ -31,8 +34,8 @@ NEWTON = ("cold", "normal", "newton", "pinocchio", 8, 20)
 SNOPT = ("cold", "normal", "snopt", "pinocchio", 8, 20)
 LARGE = ("cold", "normal", "newton", "pinocchio", 20, 20)
 LONG = ("cold", "normal", "newton", "pinocchio", 8, 80)
-WARM = ("warm", "normal", "newton", "pinocchio", 8, 20)
-SLOW = ("warm", "normal", "snopt", "pinocchio", 8, 20)
+WARM = ("speed", "normal", "newton", "pinocchio", 8, 20)
+SLOW = ("speed", "normal", "snopt", "pinocchio", 8, 20)
 SOLVERS = ("newton", "snopt")
 
 
@@ -67,10 +70,38 @@ def printed(shown):
 
 def test_every_cell_is_wanted_once_and_cold_ones_come_first():
     wanted = cells(arguments().parse_args([]))
-    assert len(wanted) == len(set(wanted)) == 2 * (2 * 4 * 2 * 3) + len(GROWING) - 1
+    assert len(wanted) == len(set(wanted))
     kinds = [cell[0] for cell in wanted]
-    assert kinds == sorted(kinds)
-    assert {NEWTON, SNOPT, LARGE, LONG, WARM} <= set(wanted)
+    assert kinds == sorted(kinds, key=lambda kind: kind != "cold")
+    assert kinds.count("cold") == 2 * 4 * 2 * 3 + len(GROWING) - 1
+    assert {NEWTON, SNOPT, LARGE, LONG, WARM, SLOW} <= set(wanted)
+
+
+def test_one_thing_after_another_is_raised_for_newton_and_one_for_the_others():
+    wanted = cells(arguments().parse_args([]))
+    changed = {
+        (cell[1], solver): {other[0] for other in wanted if other[1:3] == (cell[1], solver)}
+        for cell in wanted
+        for solver in ("newton", "snopt")
+    }
+    assert changed["normal", "newton"] == {"cold", "speed", "step length"}
+    assert changed["backpack-40", "newton"] == {"cold", "speed", "step length", "load"}
+    assert changed["normal", "snopt"] == changed["backpack-40", "snopt"] == {"cold", "speed"}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_neighbour_differs_in_one_thing(change):
+    task = scenario(load=BACKPACK)
+    near = neighbour(task, change)
+    numbers = [
+        {"speed": one.walk.speed, "step length": one.walk.step_length, "load": one.load.mass}
+        for one in (task, near)
+    ]
+    ratios = {name: numbers[1][name] / numbers[0][name] for name in CHANGES}
+    assert ratios == pytest.approx(dict.fromkeys(CHANGES, 1.0) | {change: 1.05})
+
+
+def test_few_cells_can_be_asked_for():
     few = ["--scenarios", "normal", "--solvers", "snopt", "--control-points", "8"]
     assert cells(arguments().parse_args([*few, "--dynamics", "pinocchio"])) == [SNOPT, SLOW]
 

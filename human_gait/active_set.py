@@ -1,0 +1,193 @@
+"""From a solved problem to one like it: Newton steps with an active set that is nearly known.
+
+The start and its multipliers solve another problem exactly: the same one with t r'x taken from the
+cost and the bounds shifted by t s, for t = 1, where r is what is left of the Lagrangian's gradient
+and s how far the start is from the bounds that should hold. In a few steps t goes to 0: sequential
+quadratic programming along a homotopy. The steps after that converge quadratically. No barrier has
+to be built up again, so few steps are needed; their matrices are dense, for some hundred variables.
+
+References
+----------
+J. Nocedal and S. J. Wright, "Numerical Optimization", 2nd ed., 2006: chapter 18 on sequential
+quadratic programming, section 11.3 on homotopies.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+
+from human_gait.nonlinear_program import Duals, End, FloatArray, NonlinearProgram
+from human_gait.quadratic import Quadratic, bounds_of, local_minimum
+
+OPTIMAL = "the active set is settled"
+LOST = "no active set within reach"
+
+_HOMOTOPY = (0.5, 0.25)  # t of the first steps; 0 from then on
+_MOST_STEPS = 25
+_RADIUS = 0.15  # largest change of a variable in one step
+_STATIONARY, _FEASIBLE, _COMPLEMENTARY = 1e-4, 1e-6, 1e-5
+_NOTICED = 3e-3  # smaller multipliers of a start are what a barrier has left
+_MEMORY = 3  # points that the merit is compared with: it need not fall at each
+_SHORTEST = 0.1  # part of a step that is taken without asking
+_ENOUGH, _IGNORED = 1e-4, 5e-4
+
+
+@dataclass(frozen=True)
+class _Point:
+    """The variables, the cost, and all that is bounded: variables, then rows, (n + m,)."""
+
+    x: FloatArray
+    cost: float
+    bounded: FloatArray
+
+
+@dataclass(frozen=True)
+class _Derivatives:
+    """Gradient (n,) of the cost and dense Jacobian (m, n) of the rows."""
+
+    gradient: FloatArray
+    jacobian: FloatArray
+
+    def slope(self, y: FloatArray) -> FloatArray:
+        """Return the gradient (n,) of the Lagrangian."""
+        n = len(self.gradient)
+        return np.asarray(self.gradient + y[:n] + y[n:] @ self.jacobian, dtype=float)
+
+
+class _Stacked:
+    """A nonlinear program with dense derivatives, its variables and rows bounded alike."""
+
+    def __init__(self, problem: NonlinearProgram) -> None:
+        self.problem, self.n = problem, len(problem.lower)
+        self.lower = np.concatenate([problem.lower, problem.row_lower])
+        self.upper = np.concatenate([problem.upper, problem.row_upper])
+
+    def point(self, x: FloatArray) -> _Point:
+        """Return cost and rows; an infinite cost where they cannot be computed."""
+        try:
+            return _Point(x, self.problem.cost(x), np.concatenate([x, self.problem.rows(x)]))
+        except np.linalg.LinAlgError:  # a pose at the end of its coordinates
+            return _Point(x, np.inf, np.zeros_like(self.lower))
+
+    def derivatives(self, x: FloatArray) -> _Derivatives:
+        """Return gradient and Jacobian."""
+        shape = len(self.lower) - self.n, self.n
+        entries = coo_array((self.problem.jacobian(x), self.problem.jacobian_entries), shape=shape)
+        return _Derivatives(self.problem.gradient(x), entries.toarray())
+
+    def hessian(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return the Hessian (n, n) of the Lagrangian."""
+        rows, columns = self.problem.hessian_entries
+        dense = np.zeros((self.n, self.n))
+        dense[rows, columns] = self.problem.hessian(x, 1.0, y[self.n :])
+        dense[columns, rows] = dense[rows, columns]
+        return dense
+
+
+class _Homotopy:
+    """Bounds and cost that a start satisfies exactly at t = 1, and those of the problem at 0."""
+
+    def __init__(self, stacked: _Stacked, start: _Point, slope: FloatArray, y: FloatArray) -> None:
+        self.stacked, self._left = stacked, slope
+        above_lower, above_upper = start.bounded - stacked.lower, start.bounded - stacked.upper
+        self._lower = np.where(y < 0.0, above_lower, np.minimum(above_lower, 0.0))
+        self._upper = np.where(y > 0.0, above_upper, np.maximum(above_upper, 0.0))
+
+    def bounds(self, t: float) -> tuple[FloatArray, FloatArray]:
+        """Return lower and upper bounds (n + m,)."""
+        return self.stacked.lower + t * self._lower, self.stacked.upper + t * self._upper
+
+    def gradient(self, t: float, derivatives: _Derivatives) -> FloatArray:
+        """Return the gradient (n,) of the cost."""
+        return np.asarray(derivatives.gradient - t * self._left, dtype=float)
+
+    def merit(self, t: float, at: _Point, prices: FloatArray) -> float:
+        """Return the cost with what exceeds the bounds, at its price (n + m,)."""
+        return float(at.cost - t * self._left @ at.x + prices @ self.excess(t, at))
+
+    def excess(self, t: float, at: _Point) -> FloatArray:
+        """Return by how much each bound is exceeded, (n + m,)."""
+        lower, upper = self.bounds(t)
+        beyond = np.maximum(lower - at.bounded, at.bounded - upper)
+        return np.asarray(np.maximum(beyond, 0.0), dtype=float)
+
+
+def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
+    """Minimise from the solution of a problem like this one.
+
+    Parameters
+    ----------
+    problem : NonlinearProgram
+    start : (n,) array
+    duals : Duals
+        Multipliers of the start.
+
+    Returns
+    -------
+    End
+        Not solved if the steps lead nowhere; the start is then too far away.
+
+    Raises
+    ------
+    Exception
+        What an evaluation raises, but for a matrix that cannot be inverted on the way.
+    """
+    stacked = _Stacked(problem)
+    y = np.concatenate([duals.variables, duals.rows])
+    y = np.where(np.abs(y) > _NOTICED, y, 0.0)
+    here, now = stacked.point(start), stacked.derivatives(start)
+    path = _Homotopy(stacked, here, now.slope(y), y)
+    prices, past = np.zeros_like(y), deque[_Point](maxlen=_MEMORY)
+    for step in range(_MOST_STEPS):
+        t = _HOMOTOPY[step] if step < len(_HOMOTOPY) else 0.0
+        if step > len(_HOMOTOPY) and _optimal(stacked, here, now, y):
+            return _end(stacked, here, y, OPTIMAL, step)
+        lower, upper = (bound - here.bounded for bound in path.bounds(t))
+        gradient = path.gradient(t, now)
+        model = Quadratic(stacked.hessian(here.x, y), gradient, now.jacobian, lower, upper)
+        found = local_minimum(model, y, _RADIUS)
+        if found is None:
+            break
+        d, wanted = found
+        past.append(here)
+        prices = np.maximum(2.0 * np.abs(wanted), prices / 2.0) + 1e-3
+        fall = min(float(gradient @ d - prices @ path.excess(t, here)), 0.0)
+        here, share = _shortened(path, t, d, prices, fall, past)
+        y = y + share * (wanted - y)
+        now = stacked.derivatives(here.x)
+    return _end(stacked, here, y, LOST, step)
+
+
+def _shortened(
+    path: _Homotopy, t: float, d: FloatArray, prices: FloatArray, fall: float, past: deque[_Point]
+) -> tuple[_Point, float]:
+    """Return a point along a step where the merit is low enough, and the part of the step."""
+    merits = [path.merit(t, point, prices) for point in past]
+    limit = max(merits) + _IGNORED * max(1.0, abs(merits[-1]))
+    x, n, share = past[-1].x, path.stacked.n, 1.0
+    while True:
+        trial = np.clip(x + share * d, path.stacked.lower[:n], path.stacked.upper[:n])
+        point = path.stacked.point(trial)
+        if path.merit(t, point, prices) <= limit + _ENOUGH * share * fall or share < _SHORTEST:
+            return point, share
+        share /= 2.0
+
+
+def _optimal(stacked: _Stacked, here: _Point, now: _Derivatives, y: FloatArray) -> bool:
+    """Return whether a point and its multipliers meet the KKT conditions."""
+    excess = np.maximum(stacked.lower - here.bounded, here.bounded - stacked.upper)
+    slack = here.bounded - bounds_of(y, stacked.lower, stacked.upper)
+    return bool(
+        np.abs(now.slope(y)).max() <= _STATIONARY
+        and excess.max() <= _FEASIBLE
+        and np.abs(y * slack).max() <= _COMPLEMENTARY
+    )
+
+
+def _end(stacked: _Stacked, here: _Point, y: FloatArray, status: str, steps: int) -> End:
+    duals = Duals(y[stacked.n :], y[: stacked.n])
+    return End(here.x, duals, status == OPTIMAL, status, steps)
