@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from solves import solved
 from walks import BACKPACK, near_walk, scenario
 
+from human_gait import solver as room
+from human_gait.active_set import LOST, OPTIMAL
 from human_gait.exceptions import ResultError
 from human_gait.ladder import WARM, Start, climb
+from human_gait.nonlinear_program import End
 from human_gait.program import LIMITS, SYMMETRY, build_program
 from human_gait.skeleton import N_DOF, index
 from human_gait.solver import solve
@@ -229,32 +233,86 @@ def test_a_floor_that_holds_by_friction_has_rows_of_its_own():
 # --- both
 
 
-def test_a_warm_walk_a_little_faster_takes_fewer_iterations_than_a_cold_one():
-    """A coarse walk: some seconds."""
+def warm(solution, program):
+    """A solve from another walk."""
+    start, multipliers = adapted(solution.gait, program), fitting(solution.multipliers, program)
+    return solve(program, start=start, multipliers=multipliers)
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    """A coarse walk, some seconds."""
     solution = solve(build_program(scenario()))
     assert solution.converged
-    faster = build_program(scenario(1.05 * 1.2))
-    start, multipliers = (adapted(solution.gait, faster), fitting(solution.multipliers, faster))
-    warm = solve(faster, start=start, multipliers=multipliers)
-    cold = solve(faster)
-    assert warm.converged
-    assert cold.converged
-    assert warm.iterations < cold.iterations
-    assert warm.cost == pytest.approx(cold.cost, rel=1e-3)
+    return solution
+
+
+@pytest.fixture(scope="module")
+def faster():
+    return build_program(scenario(1.05 * 1.2))
+
+
+@pytest.fixture(scope="module")
+def faster_walk(faster):
+    """The walk a little faster, from the guess."""
+    return solve(faster)
+
+
+def test_a_warm_walk_a_little_faster_takes_few_iterations(coarse, faster, faster_walk):
+    found = warm(coarse, faster)
+    assert found.converged
+    assert found.status == OPTIMAL
+    assert faster_walk.converged
+    assert found.iterations <= faster_walk.iterations / 2
+    assert found.cost == pytest.approx(faster_walk.cost, rel=1e-3)
+
+
+def test_where_the_active_set_is_lost_the_barrier_goes_on(monkeypatch, coarse, faster, faster_walk):
+    """From the same start; the steps that led nowhere are counted."""
+    starts = []
+
+    def lost(_, start, duals):
+        starts.append(start)
+        return End(start + 9.0, duals, False, LOST, 7)
+
+    monkeypatch.setattr(room, "follow", lost)
+    found = warm(coarse, faster)
+    assert len(starts) == 1
+    assert found.converged
+    assert found.status == "Solve_Succeeded"
+    assert 7 < found.iterations < 7 + faster_walk.iterations
+    assert found.cost == pytest.approx(faster_walk.cost, rel=1e-3)
+
+
+def test_dense_matrices_are_for_few_variables(monkeypatch):
+    def refuse(*_):
+        raise AssertionError
+
+    monkeypatch.setattr(room, "follow", refuse)
+    monkeypatch.setitem(room._OPTIONS["newton"], "max_iter", 1)
+    many = build_program(scenario(control_points=11))
+    assert len(many.variables) > 400
+    gait = many.gait(many.guess())
+    solve(many, start=gait.free, multipliers=prices(many))
 
 
 @pytest.mark.solve
-@pytest.mark.parametrize("change", [0.95, 1.05])
-def test_a_walk_at_a_speed_changed_by_5_percent_is_found_sooner_from_its_neighbour(change):
+@pytest.mark.parametrize(
+    ("what", "change"), [("speed", 1.05), ("step_length", 0.95), ("load", 1.05)]
+)
+def test_a_walk_changed_by_5_percent_is_found_sooner_from_its_neighbour(what, change):
     """By its first start, verified, and no dearer than the one that is found cold."""
-    task = scenario(control_points=9, intervals=20, dynamics_per_interval=2)
-    (slow,) = climb(build_program(task))
-    assert slow.success
-    other = build_program(replace(task, walk=replace(task.walk, speed=change * task.walk.speed)))
-    multipliers = fitting(slow.solution.multipliers, other)
-    start = Start(WARM, adapted(slow.solution.gait, other), multipliers)
-    (warm,), (cold,) = climb(other, start=start), climb(other)
-    assert warm.success
+    before = solved("backpack-40")
+    task = before.gait.scenario
+    part = "load" if what == "load" else "walk"
+    name = "mass" if what == "load" else what
+    changed = replace(getattr(task, part), **{name: change * getattr(getattr(task, part), name)})
+    other = build_program(replace(task, **{part: changed}))
+    multipliers = fitting(load_multipliers(before.folder), other)
+    start = Start(WARM, adapted(before.gait, other), multipliers)
+    (found,), (cold,) = climb(other, start=start), climb(other)
+    assert found.success
     assert cold.success
-    assert warm.solution.iterations < cold.solution.iterations
-    assert warm.solution.cost <= 1.001 * cold.solution.cost
+    assert found.solution.status == OPTIMAL
+    assert found.solution.iterations <= cold.solution.iterations / 3
+    assert found.solution.cost <= 1.001 * cold.solution.cost
