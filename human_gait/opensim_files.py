@@ -182,7 +182,7 @@ def save_ground_reaction(now: Samples, path: Path) -> None:
     columns: dict[str, FloatArray] = {}
     for f, side in enumerate(SIDES):
         force, moment = now.grf[:, f], np.outer(now.yaw_moment[:, f], [0.0, 1.0, 0.0])
-        place = _held(now.t, now.cop[:, f], force[:, 1] > 0)
+        place = _held(now.t, now.cop[:, f], force.any(axis=1))
         columns |= _vector(f"ground_force_{side}_v", force)
         columns |= _vector(f"ground_force_{side}_p", place)
         columns |= _vector(f"ground_torque_{side}_", moment)

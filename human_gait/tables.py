@@ -49,7 +49,8 @@ def save_ground_reaction(now: Samples, path: Path) -> None:
     """
     columns = {"time_s": now.t}
     for f, side in enumerate(_SIDES):
-        place = np.where(now.grf[:, f, 1:2] > 0, now.cop[:, f], np.nan)
+        loaded = now.grf[:, f].any(axis=1, keepdims=True)
+        place = np.where(loaded, now.cop[:, f], np.nan)
         columns |= {f"{side}_force_{x}_N": now.grf[:, f, i] for i, x in enumerate("xyz")}
         columns |= {f"{side}_pressure_{x}_m": place[:, i] for i, x in ((0, "x"), (2, "z"))}
         columns[f"{side}_free_moment_y_Nm"] = now.yaw_moment[:, f]
