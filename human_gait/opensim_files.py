@@ -14,11 +14,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from human_gait.anthropometry import symmetric_inertia
 from human_gait.body import GRAVITY, SIDES, Body
 from human_gait.gait import Samples
 from human_gait.joints import WORLD, SegmentJoint, segment_joints
 from human_gait.markers import marker_set
 from human_gait.opensim_axes import tensor_to_opensim, to_opensim
+from human_gait.opensim_shapes import add_box, add_capsules, numbers
 from human_gait.skeleton import DOF_NAMES, PRISMATIC, position_limits
 
 FloatArray = npt.NDArray[np.float64]
@@ -45,7 +47,8 @@ def save_model(body: Body, path: Path) -> None:
     joints = _objects(model, "JointSet", "jointset")
     for joint in segment_joints(body):
         segment = body.measures.segments[joint.segment]
-        _add_body(bodies, joint.segment, segment.mass, segment.com, segment.inertia)
+        element = _add_body(bodies, joint.segment, segment.mass, segment.com, segment.inertia)
+        add_capsules(element, joint.segment, body.measures)
         _add_joint(joints, joint)
     _add_load(model, bodies, joints, body)
     _add_markers(model, body)
@@ -54,13 +57,14 @@ def save_model(body: Body, path: Path) -> None:
 
 def _add_body(
     bodies: ET.Element, name: str, mass: float, com: npt.ArrayLike, inertia: FloatArray
-) -> None:
+) -> ET.Element:
     """Add a body; com (3,) from its joint and inertia (3, 3) about com, both in the axes here."""
     element = ET.SubElement(bodies, "Body", name=name)
     turned = tensor_to_opensim(inertia)
     _add(element, "mass", mass)
     _add(element, "mass_center", to_opensim(com))
     _add(element, "inertia", [*np.diag(turned), turned[0, 1], turned[0, 2], turned[1, 2]])
+    return element
 
 
 def _add_joint(joints: ET.Element, joint: SegmentJoint) -> None:
@@ -121,7 +125,8 @@ def _add_load(model: ET.Element, bodies: ET.Element, joints: ET.Element, body: B
     if load.mass == 0:
         return
     if load.model == "rigid":
-        _add_body(bodies, "backpack", load.mass, np.zeros(3), _box(load.mass, load.size))
+        box = symmetric_inertia(load.mass, np.square(load.size) / 12)
+        add_box(_add_body(bodies, "backpack", load.mass, np.zeros(3), box), load.size)
         weld = ET.SubElement(joints, "WeldJoint", name="backpack_joint")
         _add_sockets(weld, "thorax", "backpack", load.position)
         return
@@ -136,11 +141,6 @@ def _add_load(model: ET.Element, bodies: ET.Element, joints: ET.Element, body: B
         functions = _objects(force, "FunctionSet", name)
         for value in to_opensim(vector).tolist():
             _add(ET.SubElement(functions, "Constant"), "value", value)
-
-
-def _box(mass: float, size: npt.ArrayLike) -> FloatArray:
-    square = np.square(size)
-    return mass / 12 * np.diag(square.sum() - square)
 
 
 def _add_markers(model: ET.Element, body: Body) -> None:
@@ -182,7 +182,7 @@ def save_ground_reaction(now: Samples, path: Path) -> None:
     columns: dict[str, FloatArray] = {}
     for f, side in enumerate(SIDES):
         force, moment = now.grf[:, f], np.outer(now.yaw_moment[:, f], [0.0, 1.0, 0.0])
-        place = _held(now.t, now.cop[:, f], force.any(axis=1))
+        place = _held(now.t, now.cop[:, f], np.flatnonzero(force.any(axis=1)))
         columns |= _vector(f"ground_force_{side}_v", force)
         columns |= _vector(f"ground_force_{side}_p", place)
         columns |= _vector(f"ground_torque_{side}_", moment)
@@ -193,9 +193,9 @@ def save_ground_reaction(now: Samples, path: Path) -> None:
     _save_table("ground_reaction", now.t, columns, path, False)
 
 
-def _held(t: FloatArray, place: FloatArray, loaded: npt.NDArray[np.bool_]) -> FloatArray:
+def _held(t: FloatArray, place: FloatArray, loaded: npt.NDArray[np.intp]) -> FloatArray:
     """Return places (K, 3) without jumps: where nothing acts, on the way to the next contact."""
-    if not loaded.any():
+    if not len(loaded):
         return place
     return np.stack([np.interp(t, t[loaded], column[loaded]) for column in place.T], axis=1)
 
@@ -245,8 +245,7 @@ def _objects(parent: ET.Element, kind: str, name: str) -> ET.Element:
 
 def _add(parent: ET.Element, tag: str, value: str | float | Sequence[float] | FloatArray) -> None:
     """Add an element with a text, or with numbers that read back exactly."""
-    text = value if isinstance(value, str) else " ".join(map(repr, np.ravel(value).tolist()))
-    ET.SubElement(parent, tag).text = text
+    ET.SubElement(parent, tag).text = value if isinstance(value, str) else numbers(value)
 
 
 def _write(root: ET.Element, path: Path) -> None:

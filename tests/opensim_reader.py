@@ -91,7 +91,23 @@ def described(folder):
         "mass": model.getTotalMass(state),
         "gravity": model.getGravity().to_numpy(),
         "com": model.calcMassCenterPosition(state).to_numpy(),
+        **shapes(model, state),
     }
+
+
+def shapes(model, state):
+    """Centres and long axes of what is drawn, and its radius, in the upright posture."""
+    centres, axes, radii = [], [], []
+    for component in model.getComponentsList():
+        frame = osim.PhysicalOffsetFrame.safeDownCast(component)
+        if frame and "_shape" in frame.getName():
+            geometry = frame.get_attached_geometry(0)
+            round_one = osim.Cylinder.safeDownCast(geometry) or osim.Sphere.safeDownCast(geometry)
+            centres.append(frame.getPositionInGround(state).to_numpy())
+            along = frame.expressVectorInGround(state, osim.Vec3(0, 1, 0))
+            axes.append(along.to_numpy())
+            radii.append(round_one.get_radius())
+    return {"centres": np.array(centres), "axes": np.array(axes), "radii": np.array(radii)}
 
 
 def inverse_dynamics(folder, results):

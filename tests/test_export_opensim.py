@@ -9,6 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from exports import LOADS, from_opensim, joint_centres, marker_places, walking
 from solves import solved
@@ -16,7 +17,9 @@ from solves import solved
 from human_gait.export import MARGIN, export_gait, sampled
 from human_gait.gait_file import carried_mass
 from human_gait.markers import marker_set
+from human_gait.model import build_model
 from human_gait.skeleton import DOF_NAMES, SEGMENTS, position_limits
+from human_gait.urdf import urdf_text
 
 READER = Path(__file__).with_name("opensim_reader.py")
 OPENSIM = ("osim", "mot", "grf", "sto")
@@ -93,6 +96,28 @@ def test_the_model_is_the_body(found):
     assert model.mass == pytest.approx(mass, rel=1e-12)
     np.testing.assert_allclose(model.gravity, [0, -9.81, 0])
     assert "warn" not in found.said.lower()
+
+
+def test_it_is_drawn_as_the_urdf(found):
+    """Balls and cylinders where Pinocchio has those of the URDF; the sense of an axis is free."""
+    body = found.gait.body
+    model = build_model(body)
+    visual = pin.buildGeomFromUrdfString(model, urdf_text(body), pin.GeometryType.VISUAL)
+    data, drawn = model.createData(), visual.createData()
+    pin.updateGeometryPlacements(model, data, visual, drawn, np.zeros(55))
+    centres, axes = from_opensim(found.model.centres), np.abs(from_opensim(found.model.axes))
+    shown = np.column_stack([centres, found.model.radii, axes])
+    expected = [
+        (pose, shape.geometry)
+        for pose, shape in zip(drawn.oMg, visual.geometryObjects, strict=True)
+        if hasattr(shape.geometry, "radius")
+    ]
+    assert len(shown) == len(expected) > 100
+    for pose, shape in expected:
+        row = [*pose.translation, shape.radius]
+        if hasattr(shape, "halfLength"):
+            row += np.abs(pose.rotation[:, 2]).tolist()
+        assert np.abs(shown[:, : len(row)] - row).max(axis=1).min() < 1e-9
 
 
 def test_joints_and_markers_of_the_model_are_pinocchios(found):
