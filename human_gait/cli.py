@@ -1,4 +1,4 @@
-"""The command ``human-gait``: predict, refine, verify, explain, play, plot, compare, figures, urdf.
+"""The command ``human-gait``: predict, refine, verify, explain, play, plot, compare, figures, ...
 
 Exit codes: 0 done, 1 no solution found, no walk or the solve interrupted (its best gait is kept), 2
 bad input or a result that cannot be written, 130 interrupted elsewhere. An error is one line.
@@ -57,6 +57,20 @@ class DynamicsName(StrEnum):
 
     PINOCCHIO = "pinocchio"
     DH = "dh"
+
+
+class FormatName(StrEnum):
+    """What a walk can be exported as."""
+
+    OSIM = "osim"
+    MOT = "mot"
+    GRF = "grf"
+    STO = "sto"
+    TRC = "trc"
+    C3D = "c3d"
+    BVH = "bvh"
+    CSV = "csv"
+    URDF = "urdf"
 
 
 ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="A scenario, TOML.")]
@@ -228,6 +242,31 @@ def figures(
     for failed in failed_results(results):
         typer.echo(f"note: {failed}: no walk was found, its best attempt is drawn", err=True)
     typer.echo(f"wrote {len(files)} files to {folder}")
+
+
+@app.command()
+def export(
+    folder: ResultFolder,
+    formats: Annotated[
+        list[FormatName] | None,
+        typer.Option("--format", help="What to write, also several times; else everything."),
+    ] = None,
+    rate: Annotated[
+        int, typer.Option(min=10, max=10_000, metavar="HZ", help="Samples per second.")
+    ] = 100,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Folder to write to, else DIR/export.")
+    ] = None,
+) -> None:
+    """Write one stride of a result for OpenSim, motion capture, animation and robot programs."""
+    check_result(folder)
+    from human_gait.export import FOLDER, FORMATS, export_gait
+    from human_gait.gait_file import load_gait
+
+    target = out or folder / FOLDER
+    names = [name.value for name in formats] if formats else list(FORMATS)
+    files = export_gait(load_gait(folder), target, names, rate)
+    typer.echo(f"wrote {len(files)} files to {target}")
 
 
 @app.command()

@@ -1,0 +1,169 @@
+"""One stride of a gait as files for other programs; ``docs/exports.md`` tells what each holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+from human_gait import opensim_files, tables
+from human_gait.bvh import save_bvh
+from human_gait.gait import Gait, Samples, onward
+from human_gait.markers import save_c3d, save_trc
+from human_gait.opensim_files import COORDINATES, FORCES, LOADS, MODEL, TORQUES
+from human_gait.result_folder import replaced_folder
+from human_gait.trajectory import save_trajectory_csv, save_trajectory_json
+from human_gait.urdf import urdf_text
+
+FloatArray = npt.NDArray[np.float64]
+
+FOLDER = "export"
+"""Where the exports of a result are, in its folder."""
+
+RATE = 100
+"""Samples per second by default, [Hz]."""
+
+RATES = (10, 10_000)
+"""The lowest and the highest rate, [Hz]."""
+
+MARGIN = 0.2
+"""What OpenSim's motion and forces have before and after the stride, [s].
+
+OpenSim differentiates and filters them, which needs neighbours.
+"""
+
+
+@dataclass(frozen=True)
+class Stride:
+    """One stride, from left heel strike to left heel strike, sampled evenly.
+
+    Attributes
+    ----------
+    gait : Gait
+    rate : float, [Hz]
+    samples : Samples
+        At k / rate, from 0 to 2 T.
+    padded : Samples
+        The same with ``MARGIN`` of the walk before and after.
+    """
+
+    gait: Gait
+    rate: float
+    samples: Samples
+    padded: Samples
+
+
+def _mot(stride: Stride, folder: Path) -> None:
+    opensim_files.save_coordinates(stride.padded, folder / COORDINATES)
+
+
+def _grf(stride: Stride, folder: Path) -> None:
+    opensim_files.save_ground_reaction(stride.padded, folder / FORCES)
+    opensim_files.save_external_loads(folder / LOADS)
+
+
+def _sto(stride: Stride, folder: Path) -> None:
+    opensim_files.save_torques(stride.padded, folder / TORQUES)
+
+
+def _osim(stride: Stride, folder: Path) -> None:
+    opensim_files.save_model(stride.gait.body, folder / MODEL)
+
+
+def _trc(stride: Stride, folder: Path) -> None:
+    now = stride.samples
+    save_trc(stride.gait.body, now.t, now.q, stride.rate, folder / "markers.trc")
+
+
+def _c3d(stride: Stride, folder: Path) -> None:
+    save_c3d(stride.gait.body, stride.samples.q, stride.rate, folder / "markers.c3d")
+
+
+def _bvh(stride: Stride, folder: Path) -> None:
+    save_bvh(stride.gait.body, stride.samples.q, stride.rate, folder / "motion.bvh")
+
+
+def _csv(stride: Stride, folder: Path) -> None:
+    tables.save_joint_angles(stride.samples, folder / "joint_angles.csv")
+    tables.save_joint_torques(stride.samples, folder / "joint_torques.csv")
+    tables.save_ground_reaction(stride.samples, folder / "ground_reaction.csv")
+
+
+def _urdf(stride: Stride, folder: Path) -> None:
+    (folder / "human.urdf").write_text(urdf_text(stride.gait.body), encoding="utf-8")
+    save_trajectory_csv(stride.samples, folder / "joint_trajectory.csv")
+    save_trajectory_json(stride.samples, folder / "joint_trajectory.json")
+
+
+FORMATS: Mapping[str, Callable[[Stride, Path], None]] = MappingProxyType(
+    {
+        "osim": _osim,
+        "mot": _mot,
+        "grf": _grf,
+        "sto": _sto,
+        "trc": _trc,
+        "c3d": _c3d,
+        "bvh": _bvh,
+        "csv": _csv,
+        "urdf": _urdf,
+    }
+)
+"""What there is, by name: each writes its files to a folder."""
+
+
+def export_gait(
+    gait: Gait, folder: Path, formats: Collection[str] = tuple(FORMATS), rate: float = RATE
+) -> list[Path]:
+    """Write one stride of a gait to a folder, all files or none, and return their paths.
+
+    Parameters
+    ----------
+    gait : Gait
+    folder : Path
+        Other files in it stay.
+    formats : collection of str
+        Names of ``FORMATS``; all by default.
+    rate : float, [Hz]
+        Samples per second, within ``RATES``.
+
+    Raises
+    ------
+    ValueError
+        If there is no such format or the rate is out of range.
+    ResultError
+        If the files cannot be written; what was there is then as it was.
+    """
+    unknown = [name for name in formats if name not in FORMATS]
+    if unknown:
+        raise ValueError(f"no format is called {unknown[0]!r}: choose from {', '.join(FORMATS)}")
+    stride = sampled(gait, rate)
+    with replaced_folder(folder) as new:
+        for name in dict.fromkeys(formats):
+            FORMATS[name](stride, new)
+        names = sorted(path.name for path in new.iterdir())
+    return [folder / name for name in names]
+
+
+def sampled(gait: Gait, rate: float) -> Stride:
+    """Return one stride of a gait, `rate` samples a second."""
+    if not RATES[0] <= rate <= RATES[1]:
+        raise ValueError(f"rate = {rate}: must be from {RATES[0]} to {RATES[1]} Hz")
+    last, more = (int(np.floor(time * rate + 1e-9)) for time in (2 * gait.step_time, MARGIN))
+    t = np.arange(-more, last + more + 1) / rate
+    padded = _around_zero(gait, t)
+    return Stride(gait, rate, _cut(padded, slice(more, more + last + 1)), padded)
+
+
+def _around_zero(gait: Gait, t: FloatArray) -> Samples:
+    """Return the gait at times t (K,) >= -2 T: as a stride later, moved back by its length."""
+    later = gait.instants(t + 2 * gait.step_time)
+    back = np.full(len(t), -2, dtype=np.intp)
+    return onward(replace(later, t=t), back, gait.step_length)
+
+
+def _cut(samples: Samples, part: slice) -> Samples:
+    return Samples(**{name: values[part] for name, values in vars(samples).items()})
