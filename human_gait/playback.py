@@ -196,12 +196,11 @@ def _layers(gaits: Sequence[Gait]) -> list[dict[str, Any]]:
 
 def _note(walks: list[dict[str, Any]]) -> str:
     """Return how two walks of any pace are shown at once."""
-    first, second = walks
-    note = "Both walkers are at the same per cent of it, so that postures can be compared"
-    if abs(first["strideTime"] - second["strideTime"]) < 0.005:
+    note = "Both walkers are at the same per cent of it, to compare postures"
+    first, second = (walk["strideTime"] for walk in walks)
+    if abs(first - second) < 0.005:
         return f"{note}."
-    paces = " and ".join(f"{walk['strideTime']:.2f} s ({walk['name']})" for walk in walks)
-    return f"{note}; their strides last {paces}, and the page keeps the pace of the first."
+    return f"{note}, at the pace of the first: {first:.2f} s; the second needs {second:.2f} s."
 
 
 def has_screen() -> bool:

@@ -42,6 +42,9 @@ FRAMES_PER_STEP = 30
 ARROW_LENGTH = 0.45
 """Length of the arrow of a force of one body weight, of the stature."""
 
+ARROW_HEAD = 0.04
+"""Length of its head, of the stature; a short arrow is smaller all over."""
+
 WALKERS = ("first", "second")
 """Names of the nodes of the walkers below ``/human_gait``."""
 
@@ -138,7 +141,7 @@ def _sun() -> dict[str, Any]:
     """Return a light that throws shadows around the walker, as JSON of three.js."""
     view = {"left": -2, "right": 2, "top": 2, "bottom": -2, "near": 0.5, "far": 12}
     camera = {"uuid": "sun-camera", "type": "OrthographicCamera", **view}
-    shadow = {"camera": camera, "mapSize": [1024, 1024], "bias": -0.0008, "radius": 3}
+    shadow = {"camera": camera, "mapSize": [1024, 1024], "bias": -0.0015, "radius": 3}
     light = {"uuid": "sun", "type": "DirectionalLight", "color": 0xFFFFFF, "intensity": _SUN}
     return {
         "metadata": {"version": 4.5, "type": "Object"},
@@ -182,7 +185,7 @@ def _rectangle(x: float, z: float, width: float, length: float) -> FloatArray:
 def _draw_markers(path: Visualizer, stature: float) -> None:
     """Draw the zero moment point and, along y from the origin, an arrow for each foot."""
     path["zmp/dot"].set_object(Cylinder(0.004, 0.022), glowing(COLOURS["zmp"]))
-    thick, head = 0.008 * stature, 0.04 * stature
+    thick, head = 0.008 * stature, ARROW_HEAD * stature
     for name in FEET:
         arrow, colour = path[f"ground_reaction/{name}"], glowing(COLOURS[name])
         arrow["shaft/rod"].set_object(Cylinder(1.0, thick), colour)
@@ -241,24 +244,27 @@ def _animate_forces(motion: Animation, parent: Visualizer, gait: Gait, instants:
     """Let the arrows follow the ground reaction forces."""
     subject = gait.body.subject
     unit = ARROW_LENGTH * subject.stature / (subject.mass * GRAVITY)
+    head = ARROW_HEAD * subject.stature
     for f, name in enumerate(FEET):
-        _animate_arrow(motion, parent[name], unit * instants.grf[:, f], instants.cop[:, f])
+        _animate_arrow(motion, parent[name], unit * instants.grf[:, f], instants.cop[:, f], head)
 
 
 def _animate_arrow(
-    motion: Animation, arrow: Visualizer, vector: FloatArray, start: FloatArray
+    motion: Animation, arrow: Visualizer, vector: FloatArray, start: FloatArray, head: float
 ) -> None:
     """Let an arrow follow a vector (K, 3) at its start (K, 3), [m]; hide it where it is short."""
     length = np.linalg.norm(vector, axis=1)
     shown = length > _LEAST_ARROW
     held = _nearest(shown)  # where it is hidden: else it would fly there between two frames
     length = np.maximum(length, _LEAST_ARROW)
-    ones = np.ones_like(length)
+    size = np.minimum(1.0, length / (2 * head))
+    shaft = length - size * head
     add_track(motion, arrow, "visible", shown)
     add_track(motion, arrow, "position", start[held])
     add_track(motion, arrow, "quaternion", _from_y((vector / length[:, None])[held]))
-    add_track(motion, arrow["shaft"], "scale", np.stack([ones, length, ones], axis=1))
-    add_track(motion, arrow["tip"], "position", np.outer(length, [0.0, 1.0, 0.0]))
+    add_track(motion, arrow["shaft"], "scale", np.stack([size, shaft, size], axis=1))
+    add_track(motion, arrow["tip"], "position", np.outer(shaft, [0.0, 1.0, 0.0]))
+    add_track(motion, arrow["tip"], "scale", np.outer(size, [1.0, 1.0, 1.0]))
 
 
 def _nearest(valid: npt.NDArray[np.bool_]) -> IntArray:

@@ -83,14 +83,14 @@ def test_a_backpack_can_be_hidden_where_there_is_one(page):
 
 def test_walks_of_different_pace_are_said_to_be_at_the_same_phase():
     gait = guessed_gait()
-    assert "keeps the pace" not in playback_note(gait, guessed_gait(18.1))
+    assert "pace" not in playback_note(gait, guessed_gait(18.1))
     quicker = Scenario.from_dict(
         {**gait.scenario.to_dict(), "name": "quick", "walk": {"speed": 1.5, "step_length": 0.66}}
     )
     basis = Basis.uniform(quicker.walk.step_time, 9)
     note = playback_note(gait, Gait(quicker, basis.breaks, gait.control_points))
     assert "same per cent" in note
-    assert "1.10 s (guessed walk) and 0.88 s (quick)" in note
+    assert "pace of the first: 1.10 s; the second needs 0.88 s" in note
 
 
 def playback_note(first, second):

@@ -12,6 +12,7 @@ from human_gait.drawing import rounded
 from human_gait.figure import torque_sizes
 from human_gait.model import build_model
 from human_gait.scene import (
+    ARROW_HEAD,
     ARROW_LENGTH,
     FEET,
     FRAMES_PER_STEP,
@@ -119,13 +120,16 @@ def test_an_arrow_is_the_force_at_its_centre_of_pressure(scene, instants):
     for f, name in enumerate(FEET):
         path = f"{PATH}/ground_reaction/{name}"
         shown = scene.track(path, "visible")
-        length = scene.track(path + "/shaft", "scale")[:, 1]
+        shaft = scene.track(path + "/shaft", "scale")[:, 1]
+        tip = scene.track(path + "/tip", "scale")
+        length = shaft + ARROW_HEAD * subject.stature * tip[:, 1]
         drawn = rotated(scene.track(path, "quaternion"), np.outer(length, [0.0, 1.0, 0.0]))
         np.testing.assert_allclose(drawn[shown], unit * instants.grf[shown, f], atol=1e-5)
         start = scene.track(path, "position")
         np.testing.assert_allclose(start[shown], instants.cop[shown, f], atol=SINGLE)
-        tip = scene.track(path + "/tip", "position")
-        np.testing.assert_allclose(tip[:, 1], length)
+        np.testing.assert_allclose(scene.track(path + "/tip", "position")[:, 1], shaft)
+        assert (np.ptp(tip, axis=1) == 0).all()
+        assert 0 < tip.min() < tip.max() == 1
 
 
 def test_a_foot_in_the_air_has_no_arrow_and_its_hidden_arrow_stays_by_the_walker(scene, instants):

@@ -313,6 +313,11 @@ function press(event) {
   KEYS[event.key]();
 }
 
+// What the mouse has pressed lets go of the keyboard: space plays, whatever was clicked last.
+function release(event) {
+  if (event.detail > 0) document.activeElement.blur();
+}
+
 function drawContacts() {
   const overlap = 100 * data.walks[0].doubleSupport;
   const bars = {
@@ -337,6 +342,7 @@ function listen() {
     box.addEventListener("change", () => setLayer(box.dataset.layer, box.checked));
   viewer.controls.addEventListener("start", () => setView(null)); // turned by hand
   document.addEventListener("keydown", press);
+  document.addEventListener("click", release);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paintStage);
   new ResizeObserver(viewer.set_3d_pane_size).observe(element("meshcat-pane"));
 }
