@@ -65,8 +65,8 @@ class Page:
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
 
-    def set_scheme(self, scheme):
-        feature = {"name": "prefers-color-scheme", "value": scheme}
+    def prefer(self, what, value):
+        feature = {"name": f"prefers-{what}", "value": value}
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
 
     def all(self, selector):
@@ -350,7 +350,7 @@ def test_a_frame_is_little_work(page):
 def test_dark_is_dark_and_light_is_light(page):
     brightness = {}
     for scheme in ("dark", "light"):
-        page.set_scheme(scheme)
+        page.prefer("color-scheme", scheme)
         page.driver.execute_async_script("requestAnimationFrame(() => arguments[0]())")
         whole = Image.open(io.BytesIO(page.driver.get_screenshot_as_png())).convert("L")
         brightness[scheme] = (page.picture().mean(), np.array(whole).mean())
@@ -365,6 +365,13 @@ def test_the_controls_of_meshcat_are_out_of_the_way(page):
 @pytest.fixture(scope="module")
 def loaded(driver, folder):
     return Page(driver, folder / "loaded.html")
+
+
+def test_who_wants_little_motion_starts_the_walk_themselves(driver, page, folder):
+    for wish, moves in (("reduce", False), ("no-preference", True)):
+        page.prefer("reduced-motion", wish)
+        driver.get((folder / "playback.html").as_uri())
+        assert page.script("return state.playing") is moves
 
 
 def test_two_walks_stand_side_by_side_each_with_its_name(loaded):

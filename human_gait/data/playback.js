@@ -269,9 +269,10 @@ function seek(phase) {
 
 function tellTime() {
   const percent = 100 * state.phase;
+  const shown = String(Math.floor(percent)).padStart(2, "\u2007"); // as wide as a digit
   const seconds = walkers.map(walker => (state.phase * walker.strideTime).toFixed(2) + " s");
   const time = [...new Set(seconds)].join(" | ");
-  element("clock").innerHTML = `<b>${time}</b> &ensp;${Math.floor(percent)} % <span>of the stride</span>`;
+  element("clock").innerHTML = `<b>${time}</b> &ensp;${shown} % <span>of the stride</span>`;
   const scrub = element("scrub");
   scrub.value = percent;
   scrub.setAttribute("aria-valuetext", `${time}, ${Math.floor(percent)} % of the stride`);
