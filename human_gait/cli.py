@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -191,16 +191,41 @@ def explain(folder: ResultFolder) -> None:
 @app.command()
 def play(
     folder: ResultFolder,
+    second: Annotated[
+        Path | None, typer.Argument(metavar="[DIR2]", help="A result to show beside it.")
+    ] = None,
+    overlay: Annotated[
+        bool, typer.Option("--overlay", help="The second translucent in the same place.")
+    ] = False,
+    save: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the page there instead, HTML.")
+    ] = None,
     host: Annotated[
         str, typer.Option(metavar="ADDRESS", help="Listen there; else this computer alone.")
     ] = "127.0.0.1",
 ) -> None:
-    """Show a result in the browser, several strides in a row."""
+    """Show a result in the browser, walking endlessly, or two at the same phase of the stride."""
     check_result(folder)
+    if second:
+        check_result(second)
+    elif overlay:
+        raise typer.BadParameter("needs a second result, DIR2", param_hint="--overlay")
     from human_gait.gait_file import load_gait
-    from human_gait.playback import play as play_live
 
-    play_live(load_gait(folder), host=host)
+    gait = load_gait(folder)
+    pair: dict[str, Any] = {}
+    if second:
+        pair = {"second": load_gait(second), "overlay": overlay}
+    if save:
+        from human_gait.playback import save_playback
+
+        with whole_file(save) as path:
+            save_playback(gait, path, **pair)
+        typer.echo(f"wrote {save}")
+    else:
+        from human_gait.playback import play as play_live
+
+        play_live(gait, host=host, **pair)
 
 
 @app.command()

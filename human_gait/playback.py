@@ -1,26 +1,31 @@
 """The walk in MeshCat: a page that opens without a server, or is shown live from this computer.
 
-The page holds MeshCat's viewer and the commands of the scene, in their order.
+The page holds MeshCat's viewer, the commands of the scene in their order, and controls. It shows
+one walk, or two at the same phase of the stride: at the same time, walks of different pace would
+soon be in different phases, and no postures could be compared.
 """
 
 from __future__ import annotations
 
 import contextlib
 import errno
-import html
 import os
 import sys
 import threading
 import webbrowser
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from pathlib import Path
-from string import Template
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import jinja2
+import numpy as np
+from markupsafe import Markup
 
 from human_gait.exceptions import ResultError
-from human_gait.scene import COLOURS, scene_commands
+from human_gait.figure import torque_sizes
+from human_gait.scene import COLOURS, FOOTHOLDS, WALKERS, Stride, scene_commands, stride_of
 
 if TYPE_CHECKING:
     from human_gait.gait import Gait
@@ -28,17 +33,17 @@ if TYPE_CHECKING:
 LOOPBACK = "127.0.0.1"
 PORT = 7000  # MeshCat's; any free one if it is taken
 
-STRIDES = 4
-"""Strides in a row before the animation starts again where it began."""
-
-_LEGEND = {
-    "right": "right foot: footholds and ground reaction force",
-    "left": "left foot: footholds and ground reaction force",
-    "zmp": "zero moment point",
-}
+TORQUE_COLOURS = ("#f4f2e8", "#b5dc9d", "#4fae86", "#17747a", "#12304f")
+"""Colours of joint torques from none to the largest, evenly spaced; ever darker."""
 
 
-def play(gait: Gait, strides: int | None = None, host: str = LOOPBACK) -> None:
+def play(
+    gait: Gait,
+    strides: int | None = None,
+    host: str = LOOPBACK,
+    second: Gait | None = None,
+    overlay: bool = False,
+) -> None:
     """Show a walk in MeshCat: print its address on this computer, open a browser if there is one.
 
     Parameters
@@ -48,6 +53,10 @@ def play(gait: Gait, strides: int | None = None, host: str = LOOPBACK) -> None:
         Stop and return after so many strides; otherwise walk until Ctrl-C.
     host : str
         Address to listen on; by default this computer alone can connect.
+    second : Gait, optional
+        Another walk to show beside it, at the same phase of the stride.
+    overlay : bool
+        Show the second one translucent in the same place.
 
     Raises
     ------
@@ -58,7 +67,7 @@ def play(gait: Gait, strides: int | None = None, host: str = LOOPBACK) -> None:
     """
     if strides is not None and strides < 1:
         raise ValueError(f"strides must be at least 1, not {strides}")
-    page = playback_page(gait) if strides is None else playback_page(gait, 1, strides)
+    page = playback_page(gait, strides, second, overlay)
     with _page_server(page, host) as server, contextlib.suppress(KeyboardInterrupt):
         url = f"http://{host}:{server.server_port}/"
         print(f"MeshCat at {url}, Ctrl-C to stop", flush=True)  # noqa: T201, for who plays
@@ -71,32 +80,127 @@ def play(gait: Gait, strides: int | None = None, host: str = LOOPBACK) -> None:
         server.serve_forever()
 
 
-def save_playback(gait: Gait, path: str | Path) -> None:
-    """Write an HTML page that plays the walk and needs no server, no network and no other file."""
-    Path(path).write_text(playback_page(gait), encoding="utf-8")
+def save_playback(
+    gait: Gait, path: str | Path, second: Gait | None = None, overlay: bool = False
+) -> None:
+    """Write an HTML page that plays the walk and needs no server, no network and no other file.
+
+    `second` and `overlay` are those of `play`.
+    """
+    page = playback_page(gait, None, second, overlay)
+    Path(path).write_text(page, encoding="utf-8")
 
 
-def playback_page(gait: Gait, strides: int = STRIDES, repetitions: float = float("inf")) -> str:
-    """Return the HTML page that plays a walk.
+def playback_page(
+    gait: Gait,
+    strides: int | None = None,
+    second: Gait | None = None,
+    overlay: bool = False,
+) -> str:
+    """Return the HTML page that plays a walk, or two.
 
     Parameters
     ----------
     gait : Gait
-    strides : int
-        Strides in a row in the animation.
-    repetitions : float
-        How often the page plays them; endlessly by default.
+    strides : int, optional
+        Stop after so many; otherwise walk endlessly.
+    second : Gait, optional
+        Another walk to show at the same phase of the stride.
+    overlay : bool
+        Begin with the second one translucent over the first instead of beside it.
     """
-    template = Template((files("human_gait.data") / "playback.html").read_text(encoding="utf-8"))
+    gaits = [gait, second] if second else [gait]
+    walks = [_about(each, name) for each, name in zip(gaits, _names(gaits), strict=True)]
+    scenes = [stride_of(each) for each in gaits]
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     viewer = files("meshcat") / "viewer" / "dist" / "main.min.js"
-    item = '<li><i style="background: #{:06x}"></i>{}</li>'.format
-    return template.substitute(
-        title=html.escape(gait.scenario.name),
-        caption=html.escape(_caption(gait)),
-        legend="".join(item(COLOURS[name], text) for name, text in _LEGEND.items()),
-        viewer=viewer.read_text(encoding="utf-8"),
-        commands=",".join(f'"{command}"' for command in scene_commands(gait, strides, repetitions)),
+    return environment.from_string(_text("playback.html")).render(
+        title=" and ".join(walk["name"] for walk in walks),
+        walks=walks,
+        note=_note(walks) if second else "",
+        layers=_layers(gaits),
+        data=_data(scenes, walks, strides, overlay),
+        viewer=Markup(viewer.read_text(encoding="utf-8")),
+        script=Markup(_text("playback.js")),
     )
+
+
+def _text(name: str) -> str:
+    return (files("human_gait.data") / name).read_text(encoding="utf-8")
+
+
+def _names(gaits: Sequence[Gait]) -> list[str]:
+    """Return what the walks are called, numbered if their scenarios have one name."""
+    names = [gait.scenario.name for gait in gaits]
+    if len(set(names)) == len(names):
+        return names
+    return [f"{name} ({k})" for k, name in enumerate(names, start=1)]
+
+
+def _about(gait: Gait, name: str) -> dict[str, Any]:
+    """Return what the page says of a walk."""
+    return {
+        "name": name,
+        "caption": _caption(gait),
+        "strideTime": 2 * gait.step_time,
+        "doubleSupport": gait.scenario.phases.double_support / 2,  # of the stride
+    }
+
+
+def _data(
+    strides: Sequence[Stride], walks: list[dict[str, Any]], limit: int | None, overlay: bool
+) -> dict[str, Any]:
+    """Return what the script of the page reads."""
+    torques = [torque_sizes(stride.instants.tau) for stride in strides]
+    largest = max(float(size.max()) for sizes in torques for size in sizes.values())
+    return {
+        "walks": [
+            {**walk, "torques": {name: size.round(1).tolist() for name, size in sizes.items()}}
+            for walk, sizes in zip(walks, torques, strict=True)
+        ],
+        "nodes": WALKERS,
+        "strides": limit,
+        "overlay": overlay and len(strides) > 1,
+        "stature": max(stride.gait.body.subject.stature for stride in strides),
+        "torqueMax": max(10 * int(np.ceil(largest / 10)), 10),  # [N m]
+        "ramp": TORQUE_COLOURS,
+        "colours": _css_colours(),
+        "commands": scene_commands(strides),
+    }
+
+
+def _css_colours() -> dict[str, str]:
+    return {name: f"#{colour:06x}" for name, colour in COLOURS.items()}
+
+
+def _layers(gaits: Sequence[Gait]) -> list[dict[str, Any]]:
+    """Return the layers that can be shown or hidden, with the colours of their legend."""
+    colours = _css_colours()
+    feet = [colours["right"], colours["left"]]
+    footholds = [f"#{FOOTHOLDS[foot]:06x}" for foot in ("right", "left")]
+    loaded = any(gait.body.load.mass > 0 for gait in gaits)
+    layers = [
+        ("body", "Body", [], ""),
+        *([("backpack", "Backpack", [], "")] if loaded else []),
+        ("footholds", "Footholds", footholds, ""),
+        ("support", "Support polygon", [colours["support"]], ""),
+        ("zmp", "Zero moment point", [colours["zmp"]], "dot"),
+        ("ground_reaction", "Ground reaction", feet, ""),
+        ("torques", "Joint torques", TORQUE_COLOURS[1:4], ""),
+    ]
+    return [
+        {"name": name, "label": label, "colours": shown, "shape": shape, "shown": name != "torques"}
+        for name, label, shown, shape in layers
+    ]
+
+
+def _note(walks: list[dict[str, Any]]) -> str:
+    """Return how two walks of any pace are shown at once."""
+    note = "Both walkers are at the same per cent of it, to compare postures"
+    first, second = (walk["strideTime"] for walk in walks)
+    if abs(first - second) < 0.005:
+        return f"{note}."
+    return f"{note}, at the pace of the first: {first:.2f} s; the second needs {second:.2f} s."
 
 
 def has_screen() -> bool:
@@ -108,7 +212,7 @@ def has_screen() -> bool:
 def _caption(gait: Gait) -> str:
     walk, subject, load = gait.scenario.walk, gait.body.subject, gait.body.load
     person = f"{subject.sex}, {subject.stature:g} m, {subject.mass:g} kg"
-    carried = f", load {load.mass:g} kg" if load.mass > 0 else ""
+    carried = f", load {load.mass:.3g} kg" if load.mass > 0 else ""
     return f"{walk.speed:g} m/s, step {walk.step_length:g} m; {person}{carried}"
 
 

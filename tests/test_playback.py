@@ -1,24 +1,29 @@
 import base64
+import json
 import re
-import shutil
-import subprocess
 import threading
 import urllib.request
 from importlib.resources import files
 
+import numpy as np
 import pytest
 from walking import guessed_gait
 
-from human_gait import playback
+from human_gait import cli, playback
+from human_gait.bspline import Basis
 from human_gait.exceptions import ResultError
+from human_gait.gait import Gait
+from human_gait.gait_file import save_gait
 from human_gait.playback import play, playback_page, save_playback
+from human_gait.scenario import Scenario
+from human_gait.skeleton import index
 
 MEGABYTE = 1e6
 
 
 @pytest.fixture(scope="module")
 def page():
-    return playback_page(guessed_gait(), strides=1)
+    return playback_page(guessed_gait())
 
 
 def own_part(page):
@@ -32,21 +37,65 @@ def test_the_page_loads_nothing_from_elsewhere(page):
 
 
 def test_the_page_says_who_walks_how(page):
-    for said in ("guessed walk", "1.2 m/s", "0.66 m", "male", "78.4 kg", "zero moment point"):
+    for said in ("guessed walk", "1.2 m/s", "0.66 m", "male", "78.4 kg", "Zero moment point"):
         assert said in own_part(page)
-    assert "load 18.1 kg" in own_part(playback_page(guessed_gait(18.1), strides=1))
+    assert "load 18.1 kg" in own_part(playback_page(guessed_gait(18.1)))
 
 
-def test_a_saved_page_is_small_enough_to_send(tmp_path):
-    path = tmp_path / "playback.html"
-    save_playback(guessed_gait(), path)
-    assert 0.5 * MEGABYTE < path.stat().st_size < 15 * MEGABYTE
+def test_saved_pages_are_small_enough_to_send(tmp_path):
+    for others in ((), (guessed_gait(18.1),)):
+        path = tmp_path / "playback.html"
+        save_playback(guessed_gait(), path, *others)
+        assert 0.5 * MEGABYTE < path.stat().st_size < 15 * MEGABYTE
+
+
+def data(page):
+    (text,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', page)
+    return json.loads(text)
 
 
 def test_the_commands_are_text_that_a_browser_decodes(page):
-    commands = re.findall(r'"([A-Za-z0-9+/=]{20,})"', page[page.index("for (const command of") :])
+    commands = data(page)["commands"]
     assert len(commands) > 50
     assert all(base64.b64decode(command, validate=True) for command in commands)
+
+
+def test_two_walks_of_one_name_are_told_apart():
+    gait = guessed_gait()
+    names = [walk["name"] for walk in data(playback_page(gait, second=gait))["walks"]]
+    assert names == ["guessed walk (1)", "guessed walk (2)"]
+
+
+def test_the_torques_of_the_page_are_those_of_the_gait(page):
+    gait, told = guessed_gait(), data(page)
+    (walk,) = told["walks"]
+    phases = np.linspace(0, 1, len(walk["torques"]["j10_knee_flexion_r"]))
+    knee = gait.tau(gait.step_time * (1 + 2 * phases))[:, index("knee_flexion_r")]
+    np.testing.assert_allclose(walk["torques"]["j10_knee_flexion_r"], abs(knee), atol=0.06)
+    assert told["torqueMax"] >= max(map(max, walk["torques"].values()))
+    assert walk["strideTime"] == pytest.approx(2 * gait.step_time)
+
+
+def test_a_backpack_can_be_hidden_where_there_is_one(page):
+    assert 'data-layer="backpack"' not in page
+    assert 'data-layer="backpack"' in playback_page(guessed_gait(), second=guessed_gait(18.1))
+
+
+def test_walks_of_different_pace_are_said_to_be_at_the_same_phase():
+    gait = guessed_gait()
+    assert "pace" not in playback_note(gait, guessed_gait(18.1))
+    quicker = Scenario.from_dict(
+        {**gait.scenario.to_dict(), "name": "quick", "walk": {"speed": 1.5, "step_length": 0.66}}
+    )
+    basis = Basis.uniform(quicker.walk.step_time, 9)
+    note = playback_note(gait, Gait(quicker, basis.breaks, gait.control_points))
+    assert "same per cent" in note
+    assert "pace of the first: 1.10 s; the second needs 0.88 s" in note
+
+
+def playback_note(first, second):
+    page = playback_page(first, second=second)
+    return re.search(r'id="note">(.*?)</p>', page, flags=re.DOTALL).group(1)
 
 
 @pytest.fixture
@@ -78,7 +127,7 @@ def test_the_browser_gets_the_page_from_this_computer_only(monkeypatch):
 
     monkeypatch.setattr(playback.webbrowser, "open", browser)
     play(guessed_gait(), strides=1)
-    assert own_part(got[0]) == own_part(playback_page(guessed_gait(), 1, 1))
+    assert own_part(got[0]) == own_part(playback_page(guessed_gait(), 1))
 
 
 def test_only_this_computer_is_listened_to_unless_told_otherwise():
@@ -114,31 +163,37 @@ def test_a_walk_of_no_strides_is_refused(strides):
         play(guessed_gait(), strides)
 
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """Two folders of results."""
+    folders = []
+    for name, load in (("light", 0.0), ("heavy", 18.1)):
+        folders.append(tmp_path_factory.mktemp(name))
+        save_gait(guessed_gait(load), folders[-1])
+    return [str(folder) for folder in folders]
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="needs the browser Chromium")
-def test_chromium_builds_the_scene(page, tmp_path):
-    """The viewer lists what it shows in its controls; the script ends only without an error."""
-    path = tmp_path / "page.html"
-    probe = "<script>document.title = `walks ${viewer.animator.playing}`</script></body>"
-    path.write_text(page.replace("</body>", probe), encoding="utf-8")
-    dom = dumped(path, tmp_path / "profile")
-    assert "<title>walks true</title>" in dom
-    for name in ("footholds", "zmp", "ground_reaction", "j55_neck_upper_rotation"):
-        assert f">{name}<" in dom
+def test_the_command_writes_the_page_of_two_results(results, tmp_path, capsys):
+    page = tmp_path / "both.html"
+    assert cli.run(["play", *results, "--overlay", "--save", str(page)]) == 0
+    assert capsys.readouterr().out == f"wrote {page}\n"
+    told = data(page.read_text(encoding="utf-8"))
+    assert [walk["caption"].count("load") for walk in told["walks"]] == [0, 1]
+    assert told["overlay"]
+    assert cli.run(["play", results[0], "--save", str(page)]) == 0
+    told = data(page.read_text(encoding="utf-8"))
+    assert (len(told["walks"]), told["overlay"]) == (1, False)
 
 
-def dumped(path, profile):
-    """What Chromium makes of a page, as HTML."""
-    options = "--headless --no-sandbox --disable-gpu --enable-unsafe-swiftshader --disable-quic"
-    quiet = "--no-first-run --disable-background-networking --disable-component-update"
-    command = [CHROMIUM, *options.split(), *quiet.split(), "--disable-sync", "--dump-dom"]
-    shown = subprocess.run(
-        [*command, f"--user-data-dir={profile}", path.as_uri()],
-        capture_output=True,
-        check=True,
-        text=True,
-        timeout=100,
-    )
-    return shown.stdout
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--overlay"], "--overlay: needs a second result, DIR2"),
+        (["nowhere"], "nowhere: no result here"),
+        (["--save", "nowhere/page.html"], "nowhere/page.html: cannot be written"),
+    ],
+)
+def test_what_cannot_be_played_is_told_in_one_line(results, capsys, arguments, words):
+    assert cli.run(["play", results[0], *arguments]) == cli.BAD_INPUT
+    (line,) = capsys.readouterr().err.splitlines()
+    assert words in line

@@ -1,0 +1,133 @@
+"""Make docs/images/gallery/ again: pictures of the playback in headless Chromium.
+
+Usage: gallery.py [RESULTS_DIR], with results called normal, backpack-0, -20 and -40 in it (``make
+normal backpack``), else out. Needs Debian's packages chromium and chromium-driver; takes a minute
+without a graphics card.
+"""
+
+import io
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from PIL import Image
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
+
+from human_gait.gait_file import load_gait
+from human_gait.playback import save_playback
+from human_gait.scene import COLOURS
+
+GALLERY = Path(__file__).resolve().parent / "images" / "gallery"
+PAGE, STAGE, SMALL = (1366, 768), (640, 720), (520, 560)  # windows
+ALONE = (  # the walker without controls
+    "document.body.style.gridTemplate = '\"stage\" 100vh / 100vw';"
+    "element('panel').hidden = element('transport').hidden = true"
+)
+PHASE = 0.06  # of the stride: the load goes from foot to foot
+FRAMES, FRAME_TIME = 29, 40  # of the walk, [ms]: about its own pace
+OPTIONS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--enable-unsafe-swiftshader",
+    "--hide-scrollbars",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+)
+
+
+@contextmanager
+def chromium() -> Iterator[webdriver.Chrome]:
+    """Yield a browser without a window."""
+    options = webdriver.ChromeOptions()
+    options.binary_location = shutil.which("chromium") or "chromium"
+    for option in OPTIONS:
+        options.add_argument(option)
+    with webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver"))) as chrome:
+        yield chrome
+
+
+def show(chrome: webdriver.Chrome, page: Path, size: tuple[int, int], then: str) -> None:
+    """Open a page in a window of a size, at rest, and run a line of script."""
+    window = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
+    chrome.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", window)
+    chrome.get(page.as_uri())
+    chrome.execute_script(
+        f"setPlaying(false); seek({PHASE}); {then}; viewer.set_3d_pane_size(); viewer.render()"
+    )
+
+
+def whole(chrome: webdriver.Chrome) -> Image.Image:
+    """Return the picture of the page."""
+    return Image.open(io.BytesIO(chrome.get_screenshot_as_png())).convert("RGB")
+
+
+def stage(chrome: webdriver.Chrome) -> Image.Image:
+    """Return the picture of the walker."""
+    chrome.execute_script("viewer.render()")
+    png = chrome.find_element(By.CSS_SELECTOR, "#stage").screenshot_as_png
+    return Image.open(io.BytesIO(png)).convert("RGB")
+
+
+def save(picture: Image.Image, name: str) -> None:
+    """Write a picture."""
+    picture.save(GALLERY / f"{name}.png", optimize=True)
+    print(f"wrote {GALLERY / name}.png")
+
+
+def palette(picture: Image.Image) -> Image.Image:
+    """Return the colours of a picture and those of the markers, which are small."""
+    marks = [value for colour in COLOURS.values() for value in colour.to_bytes(3)]
+    common = picture.quantize(256 - len(COLOURS), dither=Image.Dither.NONE)
+    chosen = Image.new("P", (1, 1))
+    chosen.putpalette((common.getpalette() or []) + marks)
+    return chosen
+
+
+def save_walk(chrome: webdriver.Chrome) -> None:
+    """Write one stride, at even phases, as a picture that moves for ever."""
+    frames = []
+    for k in range(FRAMES):
+        chrome.execute_script(f"seek({k / FRAMES})")
+        frames.append(stage(chrome))
+    width, height = frames[0].size
+    some = Image.new("RGB", (width, 4 * height))  # to choose the colours from
+    for k in range(4):
+        some.paste(frames[k * FRAMES // 4], (0, k * height))
+    colours = palette(some)
+    few = [frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames]
+    path = GALLERY / "walk.gif"
+    few[0].save(path, append_images=few[1:], duration=FRAME_TIME, loop=0, optimize=True)
+    print(f"wrote {path}")
+
+
+def main(results: Path) -> None:
+    """Make all pictures."""
+    GALLERY.mkdir(parents=True, exist_ok=True)
+    names = ("normal", "backpack-0", "backpack-20", "backpack-40")
+    gaits = {name: load_gait(results / name) for name in names}
+    with tempfile.TemporaryDirectory() as folder, chromium() as chrome:
+        page = Path(folder) / "playback.html"
+        for name, gait in gaits.items():
+            save_playback(gait, page)
+            if name == "normal":
+                show(chrome, page, PAGE, "")
+                save(whole(chrome), name)
+                show(chrome, page, SMALL, ALONE)
+                save_walk(chrome)
+            else:
+                show(chrome, page, STAGE, f"{ALONE}; setView('side')")
+                save(stage(chrome), name)
+        save_playback(gaits["backpack-0"], page, gaits["backpack-40"])
+        show(chrome, page, PAGE, "setView('side')")
+        save(whole(chrome), "side-by-side")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("out"))

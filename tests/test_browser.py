@@ -1,0 +1,461 @@
+"""The page in a real browser: headless Chromium, driven by Selenium, without a network."""
+
+import io
+import os
+import shutil
+from itertools import combinations
+
+import numpy as np
+import pytest
+from PIL import Image
+from selenium import webdriver
+from selenium.webdriver import ActionChains
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from walking import guessed_gait
+
+from human_gait.bspline import Basis
+from human_gait.gait import Gait
+from human_gait.gait_file import FILE, save_gait
+from human_gait.playback import TORQUE_COLOURS, save_playback
+from human_gait.scenario import Scenario
+from human_gait.skeleton import index
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+DRIVER = shutil.which("chromedriver")
+
+pytestmark = pytest.mark.skipif(
+    not (CHROMIUM and DRIVER) and not os.environ.get("CI"),
+    reason="needs the browser Chromium and chromedriver (with CI set it must be there)",
+)
+
+OPTIONS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--enable-unsafe-swiftshader",  # draws without a graphics card
+    "--hide-scrollbars",
+    "--user-agent=test",
+    # no calls home
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+SLOW_CARD = "GPU stall due to ReadPixels"  # said about screenshots
+SMALL = (560, 460)
+GAIT = guessed_gait()
+FRAME = 1 / 60  # of the stride; between two frames of the tracks the page interpolates
+
+
+class Page:
+    """A page of the browser and what is asked of it."""
+
+    def __init__(self, driver, path):
+        self.driver = driver
+        self.resize(*SMALL)
+        driver.get(path.as_uri())
+        self.script("setPlaying(false); viewer.renderer.setPixelRatio(0.5)")  # quickly drawn
+
+    def script(self, code):
+        return self.driver.execute_script(code)
+
+    def resize(self, width, height):
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+
+    def prefer(self, what, value):
+        feature = {"name": f"prefers-{what}", "value": value}
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
+
+    def all(self, selector):
+        return self.driver.find_elements(By.CSS_SELECTOR, selector)
+
+    def one(self, selector):
+        return self.driver.find_element(By.CSS_SELECTOR, selector)
+
+    def click(self, selector):
+        self.script(f"document.querySelector({selector!r}).scrollIntoView()")
+        self.one(selector).click()
+
+    def press(self, *keys):
+        ActionChains(self.driver).send_keys(*keys).perform()
+
+    def scrub(self, phase):
+        """Move the slider, as a hand would."""
+        self.script(
+            f"element('scrub').value = {100 * phase};"
+            "element('scrub').dispatchEvent(new Event('input', {bubbles: true}))"
+        )
+
+    def picture(self):
+        """What the viewer draws, as (height, width, 3)."""
+        self.script("scrollTo(0, 0); viewer.render()")
+        png = self.one("canvas").screenshot_as_png
+        return np.array(Image.open(io.BytesIO(png)).convert("RGB"), dtype=float)
+
+    def node(self, path, what, walker="first"):
+        """Something about an object of three.js below the path of a walker."""
+        names = ["human_gait", walker, "path", *path.split("/")]
+        return self.script(f"return viewer.scene_tree.find({names}).object.{what}")
+
+    def problems(self):
+        return [
+            entry for entry in self.driver.get_log("browser") if SLOW_CARD not in entry["message"]
+        ]
+
+
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory):
+    assert CHROMIUM, "CI needs Chromium"
+    assert DRIVER, "CI needs chromedriver"
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for option in (*OPTIONS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(option)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    with webdriver.Chrome(options=options, service=Service(DRIVER)) as chrome:
+        yield chrome
+
+
+def quick_gait():
+    """The same joint angles at another pace."""
+    walk = {"speed": 1.5, "step_length": 0.66}
+    scenario = Scenario.from_dict({**GAIT.scenario.to_dict(), "name": "quick", "walk": walk})
+    return Gait(scenario, Basis.uniform(scenario.walk.step_time, 9).breaks, GAIT.control_points)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A result with its page, and pages of two walks."""
+    folder = tmp_path_factory.mktemp("result")
+    save_gait(GAIT, folder)
+    save_playback(GAIT, folder / "playback.html")
+    save_playback(GAIT, folder / "loaded.html", guessed_gait(18.1))
+    save_playback(GAIT, folder / "paces.html", quick_gait(), overlay=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def one_page(driver, folder):
+    return Page(driver, folder / "playback.html")
+
+
+@pytest.fixture
+def page(one_page, folder):
+    """The page of one walk, at rest at the start of the stride."""
+    if not one_page.driver.current_url.endswith("playback.html"):
+        one_page = Page(one_page.driver, folder / "playback.html")
+    one_page.resize(*SMALL)
+    one_page.script("setPlaying(false); setSpeed(1); setView('oblique'); seek(0)")
+    return one_page
+
+
+def moved(before, after):
+    """Share of the picture that has changed."""
+    return (abs(before - after).max(axis=-1) > 8).mean()
+
+
+def test_the_page_is_drawn_without_a_complaint(page):
+    assert page.picture().std() > 10
+    assert page.problems() == []
+
+
+def test_the_walker_moves_until_paused(page):
+    start = page.picture()
+    page.click("#play")
+    page.driver.execute_async_script(
+        "const done = arguments[0], from = state.phase; (function wait() {"
+        "  if (state.phase > from + 0.1) done(); else requestAnimationFrame(wait) })()"
+    )
+    page.click("#play")
+    stopped = page.picture()
+    assert moved(start, stopped) > 0.01
+    phase = page.script("return state.phase")
+    assert moved(stopped, page.picture()) == 0
+    assert page.script("return state.phase") == phase
+
+
+def test_at_a_phase_the_marker_is_where_the_file_says(page, folder):
+    """The file holds a step, from left heel strike; the stride begins at the right one, T later."""
+    with np.load(folder / FILE) as file:
+        t, zmp = file["t"], file["zmp"]
+    for share in (0.1, 0.3, 0.5, 0.8):  # of the step: both a sample and a frame
+        phase = (1 + share) / 2
+        page.scrub(phase)
+        expected = zmp[abs(t / t[-1] - share).argmin()] + [0, 0, 2 * GAIT.step_length]
+        np.testing.assert_allclose(page.node("zmp", "position.toArray()"), expected, atol=1e-4)
+        page.scrub(phase - 0.5)  # a step before, mirrored
+        expected = expected * np.array([-1, 1, 1]) - [0, 0, GAIT.step_length]
+        np.testing.assert_allclose(page.node("zmp", "position.toArray()"), expected, atol=1e-4)
+
+
+def test_the_readout_is_time_and_phase_of_the_slider(page):
+    page.scrub(0.25)
+    assert page.one("#clock").text.split("\n")[0].startswith(f"{GAIT.step_time / 2:.2f} s")
+    assert "25 %" in page.one("#clock").text
+    assert "25 % of the stride" in page.one("#scrub").get_attribute("aria-valuetext")
+
+
+def test_the_walk_goes_on_for_ever_and_every_stride_is_like_the_first(page):
+    page.script("seek(0.3)")
+    before = page.picture()
+    page.script("advance(1000 * walkers[0].strideTime)")
+    assert page.script("return state.strides") >= 999
+    assert moved(before, page.picture()) < 0.001
+
+
+LAYERS = {"body": "body", "footholds": "footholds", "support": "support", "zmp": "zmp"}
+LAYERS["ground_reaction"] = "ground_reaction"
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_a_layer_can_be_hidden_and_shown_again(page, layer):
+    page.script("setView('side'); seek(0.2)")
+    shown = page.picture()
+    page.click(f"[data-layer={layer}]")
+    hidden = page.picture()
+    assert moved(shown, hidden) > 0.00005
+    page.click(f"[data-layer={layer}]")
+    assert moved(shown, page.picture()) == 0
+
+
+def test_nothing_is_left_without_any_layer(page):
+    """No shadow either: at another phase the empty stage is the same."""
+    boxes = [f"[data-layer={layer}]" for layer in LAYERS]
+    for box in boxes:
+        page.click(box)
+    page.script("setLayer('ground', false); seek(0)")
+    empty = page.picture()
+    page.script("seek(0.3)")
+    assert moved(empty, page.picture()) == 0
+    for box in boxes:
+        page.click(box)
+    page.script("setLayer('ground', true)")
+    assert moved(empty, page.picture()) > 0.5
+
+
+def test_the_torques_colour_the_segments(page, folder):
+    with np.load(folder / FILE) as file:
+        t, tau = file["t"], file["tau"]
+    page.click("[data-layer=torques]")
+    assert page.one("#torque-legend").is_displayed()
+    page.scrub(0.7)  # 0.4 of the step of the file
+    knee = abs(tau[abs(t / t[-1] - 0.4).argmin(), index("knee_flexion_l")])
+    ramp = [[int(c[k : k + 2], 16) / 255 for k in (1, 3, 5)] for c in TORQUE_COLOURS]
+    largest = page.script("return data.torqueMax")
+    place = knee / largest * (len(ramp) - 1)
+    expected = [np.interp(place, range(len(ramp)), [c[k] for c in ramp]) for k in range(3)]
+    painted = (
+        "return walkers[0].painted.filter(part => part.torque ==="
+        " walkers[0].torques.j17_knee_flexion_l).map(part => part.mesh.material.color.toArray())"
+    )
+    for colour in page.script(painted):
+        np.testing.assert_allclose(colour, expected, atol=0.01)
+    assert f"0 to {largest} N m" in page.one("#torque-legend").text
+    page.click("[data-layer=torques]")
+    assert not page.one("#torque-legend").is_displayed()
+    skin = page.script(painted)[0]
+    assert skin[0] > skin[2]
+
+
+VIEWS = {"side": (0, 1), "front": (1, 0), "top": (0, 0)}  # towards the camera: forward, right
+
+
+@pytest.mark.parametrize(("key", "view"), [("1", "side"), ("2", "front"), ("3", "top")])
+def test_views_by_button_and_key(page, key, view):
+    page.click(f"[data-view={view}]")
+    by_button = page.script("return viewer.camera.position.toArray()")
+    forward, up, right = np.array(by_button) / np.linalg.norm(by_button)
+    np.testing.assert_allclose([forward, right], VIEWS[view], atol=0.01)
+    assert up > -0.01
+    pictured = page.picture()
+    page.script("setView('oblique')")
+    assert moved(pictured, page.picture()) > 0.05
+    page.press(key)
+    np.testing.assert_allclose(page.script("return viewer.camera.position.toArray()"), by_button)
+    assert page.one("[aria-pressed=true][data-view]").get_attribute("data-view") == view
+
+
+def test_all_of_the_walker_is_in_the_picture_of_every_view(page):
+    corner = """
+    const box = new THREE.Box3();
+    for (const part of walkers[0].layers.body) box.expandByObject(part);
+    const corners = [];
+    for (const x of [box.min.x, box.max.x]) for (const y of [box.min.y, box.max.y])
+      for (const z of [box.min.z, box.max.z])
+        corners.push(new THREE.Vector3(x, y, z).project(viewer.camera).toArray());
+    return corners"""
+    for view in ("side", "front", "top", "oblique"):
+        for phase in (0.0, 0.15, 0.4):
+            page.script(f"setView('{view}'); seek({phase}); viewer.render()")
+            assert np.abs(page.script(corner))[:, :2].max() < 1.0
+
+
+def test_the_keyboard_plays_steps_and_changes_speed(page):
+    page.script("document.activeElement.blur()")
+    page.press(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_LEFT)
+    assert page.script("return state.phase") == pytest.approx(0.01)
+    page.press(Keys.ARROW_LEFT, Keys.ARROW_LEFT)  # past the start
+    assert page.script("return state.phase") == pytest.approx(0.99)
+    page.press(*[Keys.ARROW_DOWN] * 12)
+    assert page.script("return state.speed") == pytest.approx(0.1)
+    page.press(*[Keys.ARROW_UP] * 22)
+    assert page.script("return state.speed") == pytest.approx(2.0)
+    assert page.one("#speed-said").text == "2.0\N{MULTIPLICATION SIGN}"
+    page.press(" ")
+    assert page.script("return state.playing")
+    page.press(" ")
+    assert not page.script("return state.playing")
+
+
+def test_space_does_not_press_a_button_that_the_mouse_has_pressed(page):
+    page.click("[data-view=top]")
+    page.script("setView('side')")
+    page.press(" ")
+    assert page.script("return [state.playing, state.view]") == [True, "side"]
+
+
+def test_speed_is_that_of_the_walk(page):
+    page.script("setSpeed(0.5); advance(0.2)")
+    assert page.script("return state.phase") == pytest.approx(0.5 * 0.2 / (2 * GAIT.step_time))
+
+
+def test_a_page_of_some_strides_stops_after_them(page):
+    played = """
+    data.strides = 2; state.strides = 0; setPlaying(true);
+    return [1.5, 1].map(strides => (advance(strides * walkers[0].strideTime), state.playing))"""
+    assert page.script(played) == [True, False]
+    assert page.script("return state.phase") == 0
+    page.script("data.strides = null")
+
+
+def test_every_control_says_what_it_is(page):
+    for control in page.all("#transport :is(button, input), #panel :is(button, input)"):
+        assert control.accessible_name.strip(), control.get_attribute("outerHTML")
+    assert "walk" in page.one("canvas").accessible_name
+    assert page.one("html").get_attribute("lang") == "en"
+
+
+def test_a_frame_is_little_work(page):
+    """A laptop's card draws thousands of things 60 times a second; these are some dozens."""
+    page.script("viewer.render()")
+    drawn = page.script("return viewer.renderer.info.render")
+    assert drawn["calls"] < 150  # shadows included
+    assert drawn["triangles"] < 100_000
+    assert page.script("return viewer.animator.actions.length") < 60
+
+
+def test_dark_is_dark_and_light_is_light(page):
+    brightness = {}
+    for scheme in ("dark", "light"):
+        page.prefer("color-scheme", scheme)
+        page.driver.execute_async_script("requestAnimationFrame(() => arguments[0]())")
+        whole = Image.open(io.BytesIO(page.driver.get_screenshot_as_png())).convert("L")
+        brightness[scheme] = (page.picture().mean(), np.array(whole).mean())
+    assert max(brightness["dark"]) < 110
+    assert min(brightness["light"]) > 150
+
+
+def test_the_controls_of_meshcat_are_out_of_the_way(page):
+    assert not any(panel.is_displayed() for panel in page.all(".dg"))
+
+
+@pytest.fixture(scope="module")
+def loaded(driver, folder):
+    return Page(driver, folder / "loaded.html")
+
+
+def test_who_wants_little_motion_starts_the_walk_themselves(driver, page, folder):
+    for wish, moves in (("reduce", False), ("no-preference", True)):
+        page.prefer("reduced-motion", wish)
+        driver.get((folder / "playback.html").as_uri())
+        assert page.script("return state.playing") is moves
+
+
+def test_two_walks_stand_side_by_side_each_with_its_name(loaded):
+    loaded.resize(900, 460)
+    loaded.script("viewer.set_3d_pane_size(); seek(0.2)")
+    names = [label.text for label in loaded.all(".name")]
+    assert names == ["guessed walk (1)", "guessed walk (2)"]
+    both = loaded.picture()
+    left, right = np.array_split(both[:, : both.shape[1] // 2 * 2], 2, axis=1)
+    assert 0.003 < moved(left, right) < 0.2  # the second one has a backpack
+    loaded.click("[data-layer=backpack]")
+    left_then, right_then = np.array_split(loaded.picture()[:, : both.shape[1] // 2 * 2], 2, axis=1)
+    assert moved(left, left_then) == 0
+    assert moved(right, right_then) > 0.003
+    loaded.click("[data-layer=backpack]")
+    assert loaded.problems() == []
+
+
+def test_two_walks_are_laid_over_each_other_and_come_apart_again(loaded):
+    loaded.script("seek(0.2)")
+    apart = loaded.picture()
+    loaded.click("[data-overlay=yes]")
+    over = loaded.picture()
+    assert moved(apart, over) > 0.05
+    assert "translucent" in loaded.all(".name")[1].text
+    opacity = "return walkers.map(walker => meshes(walker.layers.body)[0].material.opacity)"
+    assert loaded.script(opacity) == [1, 0.5]
+    loaded.click("[data-overlay=no]")
+    assert moved(apart, loaded.picture()) == 0
+    assert loaded.script(opacity) == [1, 1]
+
+
+def test_walks_of_different_pace_are_at_the_same_phase(driver, folder):
+    page = Page(driver, folder / "paces.html")
+    assert page.script("return state.overlay")
+    phase = 18 * FRAME
+    page.scrub(phase)
+    for walker, gait in (("first", GAIT), ("second", quick_gait())):
+        expected = gait.instants(gait.step_time * (1 + 2 * phase)).zmp[0]
+        shown = page.node("zmp", "position.toArray()", walker)
+        np.testing.assert_allclose(shown, expected, atol=1e-4)
+    seconds = [f"{phase * 2 * gait.step_time:.2f} s" for gait in (GAIT, quick_gait())]
+    assert page.one("#clock b").text == " | ".join(seconds)
+    assert page.problems() == []
+
+
+SIZES = [(1366, 768), (1920, 1080), (800, 1000), (390, 780)]
+AREAS = ("#stage", "#transport", "#panel")
+
+
+def boxes(page, *selectors):
+    code = (
+        "const b = arguments[0].getBoundingClientRect(); return [b.left, b.top, b.right, b.bottom]"
+    )
+    shown = [e for selector in selectors for e in page.all(selector) if e.is_displayed()]
+    return [page.driver.execute_script(code, element) for element in shown]
+
+
+def apart(one, other):
+    return (
+        one[2] <= other[0] + 1.5
+        or other[2] <= one[0] + 1.5
+        or one[3] <= other[1] + 1.5
+        or other[3] <= one[1] + 1.5
+    )
+
+
+@pytest.mark.parametrize("name", ["playback", "paces"])
+def test_nothing_overlaps_in_windows_of_any_size(driver, folder, name):
+    page = Page(driver, folder / f"{name}.html")
+    page.script("setLayer('torques', true); viewer.render = () => {}")
+    for size in SIZES:
+        page.resize(*size)
+        page.script("viewer.set_3d_pane_size()")
+        assert_tidy(page, name == "playback")
+        if size == (1366, 768):  # all controls without scrolling
+            assert page.script("return element('panel').scrollHeight") <= size[1]
+
+
+def assert_tidy(page, alone):
+    for group in (AREAS, ("#transport > *",), ("#panel > *",), (".name",), ("#panel button",)):
+        found = boxes(page, *group)
+        assert len(found) > 1 or (alone and group == (".name",))
+        assert all(apart(*pair) for pair in combinations(found, 2)), group
+    assert page.script("return document.documentElement.scrollWidth <= innerWidth")
+    canvas, stage = boxes(page, "canvas", "#stage")
+    assert canvas == pytest.approx(stage, abs=1.0)
