@@ -86,6 +86,11 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
 """Columns of the gait cycle by the heading that they are shown under."""
 
 _QUANTITIES = {"deg": "angle", "N m/kg": "moment", "BW": "force"}
+_LEAST = {
+    "deg": 2.0,
+    "N m/kg": 0.1,
+    "BW": 0.05,
+}  # span of a vertical axis: noise is not to look large
 _SIZE = (3.3, 2.1)  # [inch]
 _PLACE = (0.21, 0.2, 0.74, 0.755)  # of the axes: the same in all panels
 _LABEL = -0.225  # of the width of the axes: where the vertical axis is named
@@ -126,6 +131,7 @@ def curve_panel(
     _draw_measured(ax, column, cycles[0], measured)
     for cycle, line in zip(cycles, RESULTS, strict=False):
         ax.plot(cycle["gait_cycle_percent"], cycle[column], color=line.colour, ls=line.style)
+    _widen(ax, _LEAST[unit])
     ax.set_xlim(0.0, 100.0)
     ax.set_xticks(range(0, 101, 20))
     ax.set_xlabel("gait cycle [%]")
@@ -145,6 +151,12 @@ def _draw_measured(ax: Axes, column: str, cycle: Cycle, measured: Sequence[Refer
         band = (curve.mean - curve.sd, curve.mean + curve.sd)
         ax.fill_between(percent, *band, color=line.colour, alpha=0.35, linewidth=0)
         ax.plot(percent, curve.mean, color=line.colour, linewidth=1.0)
+
+
+def _widen(ax: Axes, least: float) -> None:
+    low, high = ax.get_ylim()
+    short = max(least - (high - low), 0.0) / 2.0
+    ax.set_ylim(low - short, high + short)
 
 
 def _over_cycle(reference: Reference, cycle: Cycle) -> tuple[float, float] | None:
