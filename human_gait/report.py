@@ -254,7 +254,7 @@ def _key(label: str, line: Line) -> Key:
 def _recipe(one: Result) -> Recipe:
     scenario, outcome = one.gait.scenario, one.outcome
     file = f"{scenario.name}.toml"
-    options = f"--solver {outcome.solver} --dynamics {outcome.dynamics} --seed {outcome.seed}"
+    options = f"--solver {outcome.first_solver} --dynamics {outcome.dynamics} --seed {outcome.seed}"
     folder = shlex.quote(f"out/{scenario.name}")
     return Recipe(
         one.label,

@@ -107,6 +107,11 @@ class Outcome:
     tries: tuple[tuple[str, str, str], ...]
     versions: Mapping[str, str]
 
+    @property
+    def first_solver(self) -> str:
+        """Return the solver that was asked for: of later attempts another may be kept."""
+        return self.trials[0].solver if self.trials else self.solver
+
 
 @dataclass(frozen=True)
 class Bound:
@@ -137,7 +142,7 @@ class Result:
     Attributes
     ----------
     label : str
-        What it is called in a report: the name of its scenario, its folder if others share that.
+        What it is called in a report: the name of its scenario, of its folder if others share that.
     folder : Path
     gait : Gait
     cycle : mapping of str to (101,) array
@@ -171,8 +176,12 @@ def read_results(folders: Sequence[Path]) -> tuple[Result, ...]:
     for folder in folders:
         _check_files(folder)
     gaits = [load_gait(folder) for folder in folders]
-    names = [gait.scenario.name for gait in gaits]
-    labels = names if len(set(names)) == len(names) else list(map(str, folders))
+    names = (
+        [gait.scenario.name for gait in gaits],
+        [place.name for place in places],
+        [str(folder) for folder in folders],
+    )
+    labels = next((found for found in names if len(set(found)) == len(found)), names[-1])
     return tuple(map(_result, labels, folders, gaits))
 
 
@@ -182,7 +191,7 @@ def _check_files(folder: Path) -> None:
         message = f"{folder}: no result here (no {FILE}), make one with human-gait predict"
         raise ResultError(message)
     if missing:
-        raise ResultError(f"{folder}: {', '.join(missing)} is missing, {_AGAIN}")
+        raise ResultError(f"{folder}: no {', no '.join(missing)}: {_AGAIN}")
 
 
 def _result(label: str, folder: Path, gait: Gait) -> Result:

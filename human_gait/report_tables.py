@@ -121,7 +121,7 @@ _ASKED: Sequence[Row] = (
         "control points per degree of freedom",
         lambda one: number(one.gait.scenario.discretisation.control_points, "d"),
     ),
-    ("solver", lambda one: Cell(one.outcome.solver)),
+    ("solver", lambda one: Cell(one.outcome.first_solver)),
     ("dynamics", lambda one: Cell(one.outcome.dynamics)),
 )
 
@@ -164,7 +164,8 @@ _CAME_OUT: Sequence[Row] = (
     ),
     ("checks passed", lambda one: _passed(one.outcome.checks)),
     ("solving time [s]", lambda one: number(one.outcome.wall_time, ".1f")),
-    ("solver says", lambda one: Cell(one.outcome.status)),
+    ("found by", lambda one: Cell(one.outcome.solver)),
+    ("which says", lambda one: Cell(one.outcome.status)),
     ("started from", lambda one: Cell(one.outcome.start)),
     ("attempts", lambda one: number(len(one.outcome.trials), "d")),
     ("iterations", lambda one: number(one.outcome.iterations, "d")),

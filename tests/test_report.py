@@ -493,6 +493,8 @@ def test_results_stand_in_their_order(three):
 @pytest.mark.usefixtures("one_panel")
 def test_results_of_one_scenario_are_told_apart_by_their_folders(tmp_path, checks):
     folders = [write(tmp_path / name, checks, name="same") for name in "ab"]
+    assert table(report_page(folders), "asked for")[0][1:] == ["a", "b"]
+    folders = [write(tmp_path / name / "walk", checks, name="same") for name in "cd"]
     assert table(report_page(folders), "asked for")[0][1:] == list(map(str, folders))
 
 
