@@ -491,6 +491,20 @@ def test_results_stand_in_their_order(three):
 
 
 @pytest.mark.usefixtures("one_panel")
+def test_the_solver_that_was_asked_for_is_the_first_one(tmp_path, checks):
+    folder = write(tmp_path / "a", checks)
+    found = read_json(folder / "summary.json")
+    later = found["attempts"][0] | {"solver": "snopt", "start": "snopt instead"}
+    found |= {"solver": "snopt", "attempts": [*found["attempts"], later]}
+    (folder / "summary.json").write_text(json.dumps(found))
+    page = report_page([folder])
+    assert "--solver newton" in html.document_fromstring(page).text_content()
+    assert table(page, "asked for")[1]["solver"] == ["newton"]
+    assert table(page, "came out")[1]["found by"] == ["snopt"]
+    assert len(table(page, "start")[1]) == 2
+
+
+@pytest.mark.usefixtures("one_panel")
 def test_results_of_one_scenario_are_told_apart_by_their_folders(tmp_path, checks):
     folders = [write(tmp_path / name, checks, name="same") for name in "ab"]
     assert table(report_page(folders), "asked for")[0][1:] == ["a", "b"]
