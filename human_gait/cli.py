@@ -1,4 +1,4 @@
-"""The command ``human-gait``: predict, refine, verify, explain, play, plot, compare, figures, ...
+"""The command ``human-gait``: predict, verify, explain, play, plot, compare, report, export ...
 
 Exit codes: 0 done, 1 no solution found, no walk or the solve interrupted (its best gait is kept), 2
 bad input or a result that cannot be written, 130 interrupted elsewhere. An error is one line.
@@ -247,6 +247,24 @@ def compare(folder: ResultFolder) -> None:
     from human_gait.comparison import compare_to_folder
 
     Console().print(compare_to_folder(folder))
+
+
+@app.command()
+def report(
+    folders: Annotated[
+        list[Path], typer.Argument(metavar="DIR", help="Folders of results, in their order.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Page, else report.html in DIR, or in out for several."),
+    ] = None,
+) -> None:
+    """Write one page about a result, or about several side by side: figures, tables, checks."""
+    for folder in folders:
+        check_result(folder)
+    from human_gait.report import report_to_file
+
+    typer.echo(f"wrote {report_to_file(folders, out)}")
 
 
 @app.command()
