@@ -138,7 +138,8 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
     """
     stacked = _Stacked(problem)
     y = np.concatenate([duals.variables, duals.rows])
-    y = np.where(np.abs(y) > _NOTICED, y, 0.0)
+    bounded = np.isfinite(bounds_of(y, stacked.lower, stacked.upper))
+    y = np.where(bounded & (np.abs(y) > _NOTICED), y, 0.0)
     here, now = stacked.point(start), stacked.derivatives(start)
     path = _Homotopy(stacked, here, now.slope(y), y)
     prices, past = np.zeros_like(y), deque[_Point](maxlen=_MEMORY)
@@ -157,6 +158,9 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
         prices = np.maximum(2.0 * np.abs(wanted), prices / 2.0) + 1e-3
         fall = min(float(gradient @ d - prices @ path.excess(t, here)), 0.0)
         here, share = _shortened(path, t, d, prices, fall, past)
+        if not np.isfinite(here.cost):
+            here = past[-1]
+            break
         y = y + share * (wanted - y)
         now = stacked.derivatives(here.x)
     return _end(stacked, here, y, LOST, step)

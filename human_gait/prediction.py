@@ -42,7 +42,7 @@ FloatArray = npt.NDArray[np.float64]
 SUMMARY, VERIFICATION = "summary.json", "verification.json"
 OURS = (
     *(FILE, SUMMARY, EXPLANATION, VERIFICATION, "gait_cycle.csv", "playback.html"),
-    *("compare.json", "compare.csv", "compare.png", "report.html"),
+    *("compare.json", "compare.csv", "compare.png", "report.html", "export"),
     *("stick_diagram.png", "zmp.png"),
     *("joint_angles.png", "joint_torques.png", "ground_reaction.png"),
     *(AGREEMENT, MULTIPLIERS, *SOLVERS),

@@ -156,6 +156,29 @@ def test_points_where_a_matrix_is_singular_are_avoided():
     np.testing.assert_allclose(end.x, [1.0, 1.0], atol=1e-4)
 
 
+def test_where_no_part_of_a_step_can_be_computed_the_last_point_is_returned():
+    plain, before = valley(), solved(valley(), VALLEY_END)
+
+    def cost(x):
+        if x[0] > VALLEY_END[0] + 1e-6:
+            raise np.linalg.LinAlgError
+        return plain.cost(x)
+
+    end = follow(replace(valley(cost=cost), row_upper=numbers(9.0)), before.x, before.duals)
+    assert not end.solved
+    assert end.status == LOST
+    np.testing.assert_allclose(end.x, VALLEY_END, atol=1e-5)
+
+
+def test_multipliers_of_bounds_that_are_not_there_are_left_out():
+    """Those of a file that belongs to something else, say."""
+    before = solved(valley(), VALLEY_END)
+    odd = Duals(before.duals.rows, numbers(-2.0, 3.0))
+    end = follow(valley(), before.x, odd)
+    assert end.solved
+    np.testing.assert_allclose(end.x, VALLEY_END, atol=1e-5)
+
+
 @pytest.mark.parametrize("name", ["cost", "gradient", "rows", "jacobian", "hessian"])
 def test_what_a_function_raises_is_passed_on(name):
     def fail(*_):

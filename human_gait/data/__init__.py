@@ -11,7 +11,7 @@ def rows(table: str) -> list[dict[str, str]]:
     ----------
     table : str
         Name without extension: ``anthropometry``, ``dh_table``, ``joint_limits``, ``capsules``,
-        ``passive_joints``.
+        ``passive_joints``, ``markers``.
     """
     text = (files(__name__) / f"{table}.csv").read_text(encoding="utf-8")
     return list(csv.DictReader(text.splitlines()))
