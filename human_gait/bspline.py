@@ -21,6 +21,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import BSpline
+from scipy.linalg import solve
+from scipy.sparse import csr_array
 
 from human_gait.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF, index, mirror
 
@@ -108,8 +110,9 @@ class Basis:
         """Return the free control points (m, 55) whose curves are nearest to q (K, 55)."""
         still = np.zeros((self.n_free, N_DOF))
         q_still = self.matrix(times) @ self.expand(still, step_length)
-        matrix = self.design(times)
-        solution = np.linalg.lstsq(matrix, (q - q_still).ravel(), rcond=None)[0]
+        matrix = csr_array(self.design(times))
+        normal = (matrix.T @ matrix).toarray()
+        solution = solve(normal, matrix.T @ (q - q_still).ravel(), assume_a="pos")
         return np.asarray(solution.reshape(self.n_free, N_DOF))
 
     def design(self, times: FloatArray, derivative: int = 0) -> FloatArray:

@@ -336,9 +336,11 @@ class GaitProgram:
             return
         function = _seam(lambda free: self.residual(constraint, free), self.unit)
         binding = prog.AddConstraint(function, constraint.lower, constraint.upper, variables)
-        pattern = np.unique(np.stack(self.transcription.entries(constraint), axis=1), axis=0)
+        rows, columns = self.transcription.entries(constraint)
+        pattern = np.divmod(np.unique(rows * len(variables) + columns), len(variables))
+        pairs = list(zip(*(part.tolist() for part in pattern), strict=True))
         binding.evaluator().set_description(constraint.name)
-        binding.evaluator().SetGradientSparsityPattern(pattern.tolist())
+        binding.evaluator().SetGradientSparsityPattern(pairs)
 
     def _cost(self, x: npt.NDArray[np.object_]) -> object:
         def scaled(free: FloatArray) -> tuple[FloatArray, ...]:
