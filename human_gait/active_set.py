@@ -30,10 +30,11 @@ _HOMOTOPY = (0.5, 0.25)  # t of the first steps; 0 from then on
 _MOST_STEPS = 25
 _RADIUS = 0.15  # largest change of a variable in one step
 _STATIONARY, _FEASIBLE, _COMPLEMENTARY = 1e-4, 1e-6, 1e-5
-_NOTICED = 3e-3  # smaller multipliers of a start are what a barrier has left
+_NOTICED = 3e-3  # cost per unit of a bound: smaller multipliers are what a barrier has left
 _MEMORY = 3  # points that the merit is compared with: it need not fall at each
-_SHORTEST = 0.1  # part of a step that is taken without asking
-_ENOUGH, _IGNORED = 1e-4, 5e-4
+_SHORTEST = 0.1  # less of a step is taken whatever the merit says
+_ENOUGH = 1e-4  # part of the predicted fall that is asked for (Armijo)
+_IGNORED = 5e-4  # rise of the merit, of itself, that does no harm
 
 
 @dataclass(frozen=True)
@@ -69,9 +70,11 @@ class _Stacked:
     def point(self, x: FloatArray) -> _Point:
         """Return cost and rows; an infinite cost where they cannot be computed."""
         try:
-            return _Point(x, self.problem.cost(x), np.concatenate([x, self.problem.rows(x)]))
+            point = _Point(x, self.problem.cost(x), np.concatenate([x, self.problem.rows(x)]))
         except np.linalg.LinAlgError:  # a pose at the end of its coordinates
             return _Point(x, np.inf, np.zeros_like(self.lower))
+        computed = np.isfinite(point.cost) and np.all(np.isfinite(point.bounded))
+        return point if computed else _Point(x, np.inf, np.zeros_like(self.lower))
 
     def derivatives(self, x: FloatArray) -> _Derivatives:
         """Return gradient and Jacobian."""
@@ -129,13 +132,17 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
     Returns
     -------
     End
-        Not solved if the steps lead nowhere; the start is then too far away.
+        Solved if the KKT conditions are met: gradient of the Lagrangian 1e-4, feasibility 1e-6,
+        complementarity 1e-5. That the point is no saddle is not checked. Not solved if the steps
+        lead nowhere; the start is then too far away.
 
     Raises
     ------
-    Exception
-        What an evaluation raises, but for a matrix that cannot be inverted on the way.
+    BaseException
+        Whatever an evaluation raises, but for cost or rows that need the inverse of a singular
+        matrix: the step is then shortened.
     """
+    start = np.clip(start, problem.lower, problem.upper)
     stacked = _Stacked(problem)
     y = np.concatenate([duals.variables, duals.rows])
     bounded = np.isfinite(bounds_of(y, stacked.lower, stacked.upper))
@@ -143,10 +150,12 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
     here, now = stacked.point(start), stacked.derivatives(start)
     path = _Homotopy(stacked, here, now.slope(y), y)
     prices, past = np.zeros_like(y), deque[_Point](maxlen=_MEMORY)
-    for step in range(_MOST_STEPS):
+    for step in range(_MOST_STEPS + 1):
         t = _HOMOTOPY[step] if step < len(_HOMOTOPY) else 0.0
         if step > len(_HOMOTOPY) and _optimal(stacked, here, now, y):
             return _end(stacked, here, y, OPTIMAL, step)
+        if step == _MOST_STEPS:
+            break
         lower, upper = (bound - here.bounded for bound in path.bounds(t))
         gradient = path.gradient(t, now)
         model = Quadratic(stacked.hessian(here.x, y), gradient, now.jacobian, lower, upper)
@@ -169,7 +178,10 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
 def _shortened(
     path: _Homotopy, t: float, d: FloatArray, prices: FloatArray, fall: float, past: deque[_Point]
 ) -> tuple[_Point, float]:
-    """Return a point along a step where the merit is low enough, and the part of the step."""
+    """Return a point along a step and the part of the step: halved until the merit is low enough.
+
+    Variables keep their own limits, also while those of the homotopy are wider.
+    """
     merits = [path.merit(t, point, prices) for point in past]
     limit = max(merits) + _IGNORED * max(1.0, abs(merits[-1]))
     x, n, share = past[-1].x, path.stacked.n, 1.0

@@ -92,11 +92,24 @@ def local_minimum(
     Returns
     -------
     tuple or None
-        None if no step within the radius keeps the rows.
+        A step that keeps the bounds; a local minimum if its curvature is settled in a few rounds.
+        None if no step within the radius that keeps the rows was found.
     """
     n = len(model.g)
     bound = bounds_of(y, model.lower, model.upper)[:n]
     free = (np.abs(y[:n]) <= CERTAIN) | (np.abs(bound) > radius)
+    found = _with_free(model, y, radius, free)
+    if found is None and not np.all(free):  # the bounds that seemed sure leave no way
+        doubted = np.concatenate([np.zeros(n), y[n:]])
+        found = _with_free(model, doubted, radius, np.ones(n, dtype=bool))
+    return found
+
+
+def _with_free(
+    model: Quadratic, y: FloatArray, radius: float, free: BoolArray
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return a step and multipliers with the other variables on their bounds."""
+    n = len(model.g)
     reach = _REACH * radius * np.linalg.norm(model.A[:, free], axis=1)
     near = (model.lower[n:] > -reach) | (model.upper[n:] < reach)
     while True:
@@ -113,7 +126,7 @@ def local_minimum(
 def _partial_minimum(
     model: Quadratic, y: FloatArray, radius: float, free: BoolArray, near: BoolArray
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return a step and multipliers with some of the variables on their bounds, some rows ignored.
+    """Return a step and multipliers, all rows ignored that are not near.
 
     Multipliers of the variables on bounds are 0 where they should leave them.
     """
@@ -146,7 +159,7 @@ def _descended(
 
     Where bounds are active, half their weight times the square of the distance to them is added to
     the cost. It changes nothing at a solution, but makes the model convex there: H has to be
-    positive along the active bounds only.
+    positive along the active bounds only. (A radius that hides a bound takes its place.)
     """
     n, A = len(part.g), part.A
     d = np.zeros(n)
@@ -176,7 +189,10 @@ def _off(y: FloatArray, activity: FloatArray, part: Quadratic) -> BoolArray:
 
 
 def _convex(K: FloatArray) -> FloatArray:
-    """Return a symmetric matrix with its negative curvature turned round, if it has any."""
+    """Return a symmetric matrix as it is if it is positive definite, else without low curvature.
+
+    Negative curvature is turned round, small curvature raised.
+    """
     if lapack.dpotrf(K, lower=True)[1] == 0:
         return K
     curvature, directions = eigh(K, check_finite=False, driver="evd")

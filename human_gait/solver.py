@@ -264,7 +264,7 @@ def solve(
         Of the posture path, as in ``POSTURE``; with them ``newton`` takes one too.
     multipliers : mapping of str to array, optional
         Of a walk like this one (`Solution.multipliers`), whose control points are the start: for
-        ``newton``, which then starts warm.
+        ``newton``, which then starts warm. BLAS uses one thread while a program is solved.
 
     Returns
     -------

@@ -1,14 +1,16 @@
 """Newton steps from the solution of a problem to that of one like it, on small problems."""
 
+from collections import deque
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from small_problems import VALLEY_END, corner, cube, numbers, valley
 
-from human_gait.active_set import LOST, OPTIMAL, follow
+from human_gait.active_set import LOST, OPTIMAL, _Homotopy, _optimal, _shortened, _Stacked, follow
 from human_gait.interior_point import minimise
 from human_gait.nonlinear_program import Duals
+from human_gait.quadratic import bounds_of
 
 TIGHT = {"tol": 1e-10, "nlp_scaling_method": "none"}
 
@@ -117,11 +119,15 @@ def test_steps_converge_quadratically():
 
 
 def test_what_is_too_far_is_not_called_solved():
-    """No x has x^3 = 1e6 within the steps allowed."""
-    far = replace(cube(), row_lower=numbers(1e6), row_upper=numbers(1e6))
-    end = follow(far, numbers(2.0), none_of(far))
+    """x^3 = 200 is many steps of at most 0.15 away from x = 2, each of them possible."""
+    far = replace(cube(), row_lower=numbers(200.0), row_upper=numbers(200.0))
+    far = replace(far, row_lower=numbers(-9.0), cost=lambda x: (x[0] - 5.9) ** 2)
+    far = replace(far, gradient=lambda x: 2.0 * (x - 5.9), hessian=lambda *_: numbers(2.0))
+    end = follow(far, numbers(-2.0), none_of(far))
     assert not end.solved
     assert end.status == LOST
+    assert end.iterations == 25
+    assert -2.0 < end.x[0] < 2.0
 
 
 def test_bounds_that_exclude_each_other_are_not_called_solved():
@@ -187,3 +193,87 @@ def test_what_a_function_raises_is_passed_on(name):
     broken = valley(**{name: fail})
     with pytest.raises(KeyboardInterrupt):
         follow(broken, VALLEY_END, none_of(broken))
+
+
+# --- the parts
+
+
+def test_at_its_beginning_the_homotopy_is_solved_by_the_start():
+    """Every active bound is met exactly, no other is exceeded, nothing is left of the gradient."""
+    stacked = _Stacked(replace(corner(), row_lower=numbers(1.2)))
+    start = stacked.point(numbers(0.9, -0.1))
+    y = numbers(0.5, -2.0, -0.7)
+    now = stacked.derivatives(start.x)
+    path = _Homotopy(stacked, start, now.slope(y), y)
+    lower, upper = path.bounds(1.0)
+    np.testing.assert_allclose(start.bounded, bounds_of(y, lower, upper), atol=1e-15)
+    assert np.all(path.excess(1.0, start) < 1e-15)
+    left_over = path.gradient(1.0, now) + y[:2] + y[2:] @ now.jacobian
+    np.testing.assert_allclose(left_over, 0.0, atol=1e-15)
+
+
+def test_at_its_end_the_homotopy_is_the_problem():
+    stacked = _Stacked(corner())
+    start = stacked.point(numbers(0.9, -0.1))
+    now = stacked.derivatives(start.x)
+    path = _Homotopy(stacked, start, now.slope(np.ones(3)), np.ones(3))
+    np.testing.assert_array_equal(path.bounds(0.0), (stacked.lower, stacked.upper))
+    np.testing.assert_array_equal(path.gradient(0.0, now), now.gradient)
+    assert path.merit(0.0, start, np.zeros(3)) == start.cost
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "met"),
+    [
+        ((0.7, 0.0), (2.6, -2.0, 0.0), True),
+        ((0.7, 0.0), (2.6, 0.0, 0.0), False),  # not stationary
+        ((0.6, 0.0), (2.8, -2.0, 0.0), False),  # not on the bound
+        ((0.7001, 0.0), (2.5998, -2.0, 0.0), False),  # beyond it
+    ],
+)
+def test_all_conditions_have_to_be_met(x, y, met):
+    stacked = _Stacked(corner())
+    point = stacked.point(numbers(*x))
+    assert _optimal(stacked, point, stacked.derivatives(point.x), numbers(*y)) is met
+
+
+def test_a_step_that_makes_everything_worse_is_shortened():
+    """Down the steep side of the valley and up the other one."""
+    stacked = _Stacked(replace(valley(), row_upper=numbers(9.0)))
+    point = stacked.point(numbers(0.0, 0.5))
+    now = stacked.derivatives(point.x)
+    path = _Homotopy(stacked, point, now.gradient, np.zeros(3))
+    there, share = _shortened(path, 0.0, numbers(0.0, -1.5), np.zeros(3), -100.0, deque([point]))
+    assert 0.1 < share < 1.0
+    assert there.cost < point.cost
+    np.testing.assert_allclose(there.x, point.x + share * numbers(0.0, -1.5))
+
+
+@pytest.mark.parametrize("values", [np.nan, np.inf])
+def test_rows_that_are_no_numbers_are_as_bad_as_an_infinite_cost(values):
+    stacked = _Stacked(replace(valley(), rows=lambda _: [values]))
+    assert stacked.point(VALLEY_END).cost == np.inf
+
+
+def test_variables_may_be_fixed_and_rows_may_be_none():
+    plain = corner()
+    bare = replace(
+        plain,
+        lower=numbers(0.0, 0.3),
+        upper=numbers(0.7, 0.3),
+        row_lower=np.zeros(0),
+        row_upper=np.zeros(0),
+        rows=lambda _: np.zeros(0),
+        jacobian_entries=(np.zeros(0, dtype=int), np.zeros(0, dtype=int)),
+        jacobian=lambda _: np.zeros(0),
+    )
+    end = follow(bare, numbers(0.2, 0.3), none_of(bare))
+    assert end.solved
+    np.testing.assert_allclose(end.x, [0.7, 0.3], atol=1e-9)
+
+
+def test_a_start_outside_the_limits_is_brought_back():
+    before = solved(corner(), numbers(0.3, 0.3))
+    end = follow(corner(), numbers(2.0, -3.0), before.duals)
+    assert end.solved
+    np.testing.assert_allclose(end.x, [0.7, 0.0], atol=1e-9)

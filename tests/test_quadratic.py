@@ -128,3 +128,35 @@ def test_the_model_is_left_as_it_was():
     local_minimum(of, np.zeros(N + M), 1.0)
     for name, value in vars(before).items():
         np.testing.assert_array_equal(getattr(of, name), value)
+
+
+def test_rows_that_seemed_far_away_are_kept_too():
+    """Dense rows, a little further than is taken for near: the free step would break them."""
+    n, radius = 40, 0.1
+    rows = np.ones((1, n))
+    far = 2.05 * radius * np.sqrt(n)
+    wide = np.full(n + 1, 9.0)
+    of = Quadratic(np.eye(n), -np.ones(n), rows, -wide, np.append(wide[:n], far))
+    assert radius * n > far
+    d, y = local_minimum(of, np.zeros(n + 1), radius)
+    assert (rows @ d)[0] == pytest.approx(far)
+    assert y[n] > 0.0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_bounds_that_seemed_sure_are_doubted_where_they_leave_no_way(seed):
+    of, rng = model(seed), np.random.default_rng(seed)
+    noise = np.where(rng.uniform(size=N + M) < 0.4, rng.normal(size=N + M), 0.0)
+    found = local_minimum(of, noise, 10.0)
+    assert found is not None
+    activity = of.activity(found[0])
+    assert np.all((activity >= of.lower - ROOM) & (activity <= of.upper + ROOM))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_equations_and_fixed_variables_are_kept(seed):
+    of = model(seed, least=-1.0)
+    for i in (0, 3, N + 1, N + 2):
+        of.lower[i] = of.upper[i] = 0.01
+    d, _ = local_minimum(of, np.zeros(N + M), 10.0)
+    np.testing.assert_allclose(of.activity(d)[[0, 3, N + 1, N + 2]], 0.01, atol=ROOM)
