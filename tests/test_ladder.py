@@ -257,7 +257,7 @@ def test_an_interrupted_solve_is_kept(solver):
 @pytest.mark.parametrize("solver", ["newton", "snopt"])
 def test_every_kind_of_start_can_lead_to_a_walk(solver):
     """From comfortable walking, and from a disturbed guess, to one speed and load."""
-    task = scenario(1.4, 0.7, control_points=8, intervals=20, load={"mass": 9.0})
+    task = scenario(1.4, 0.7, load={"mass": 9.0})
     program = build_program(task)
     there = room._continued(program, solver)
     assert there.converged
