@@ -1,4 +1,4 @@
-"""Make docs/images/gallery/ again: pictures of the playback in headless Chromium.
+"""Make docs/images/gallery/ and report.png again: pages in headless Chromium.
 
 Usage: gallery.py [RESULTS_DIR], with results called normal, backpack-0, -20 and -40 in it (``make
 normal backpack``), else out. Needs Debian's packages chromium and chromium-driver; takes a minute
@@ -20,10 +20,13 @@ from selenium.webdriver.common.by import By
 
 from human_gait.gait_file import load_gait
 from human_gait.playback import save_playback
+from human_gait.report import report_to_file
 from human_gait.scene import COLOURS
 
-GALLERY = Path(__file__).resolve().parent / "images" / "gallery"
+IMAGES = Path(__file__).resolve().parent / "images"
+GALLERY = IMAGES / "gallery"
 PAGE, STAGE, SMALL = (1366, 768), (640, 720), (520, 560)  # windows
+REPORT, REPORT_WINDOW = (853, 1020), (1275, 1525)  # all of the walk is in it
 ALONE = (  # the walker without controls
     "document.body.style.gridTemplate = '\"stage\" 100vh / 100vw';"
     "element('panel').hidden = element('transport').hidden = true"
@@ -107,6 +110,24 @@ def save_walk(chrome: webdriver.Chrome) -> None:
     print(f"wrote {path}")
 
 
+def save_report(chrome: webdriver.Chrome, page: Path) -> None:
+    """Write the beginning of a report of one result, with the walk in it."""
+    width, height = REPORT_WINDOW
+    window = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+    chrome.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", window)
+    chrome.get(page.as_uri())
+    chrome.switch_to.frame(0)
+    chrome.execute_async_script(
+        f"setPlaying(false); seek({PHASE}); viewer.set_dirty();"
+        "setTimeout(() => requestAnimationFrame(arguments[0]), 1000)"
+    )
+    chrome.switch_to.default_content()
+    picture = whole(chrome).resize(REPORT, Image.Resampling.LANCZOS)
+    fewer = picture.point(lambda level: level & 0xFC | level >> 6)  # colours: a smaller file
+    fewer.save(IMAGES / "report.png", optimize=True)
+    print(f"wrote {IMAGES / 'report.png'}")
+
+
 def main(results: Path) -> None:
     """Make all pictures."""
     GALLERY.mkdir(parents=True, exist_ok=True)
@@ -127,6 +148,7 @@ def main(results: Path) -> None:
         save_playback(gaits["backpack-0"], page, gaits["backpack-40"])
         show(chrome, page, PAGE, "setView('side')")
         save(whole(chrome), "side-by-side")
+        save_report(chrome, report_to_file([results / "normal"], Path(folder) / "report.html"))
 
 
 if __name__ == "__main__":

@@ -230,12 +230,16 @@ def play(
 
 @app.command()
 def plot(folder: ResultFolder) -> None:
-    """Draw the plots of a result again."""
+    """Draw the plots of a result again, and its animation, playback.html."""
     check_result(folder)
     from human_gait.gait_file import load_gait
+    from human_gait.playback import save_playback
     from human_gait.plots import save_plots
 
-    save_plots(load_gait(folder), folder)
+    gait = load_gait(folder)
+    save_plots(gait, folder)
+    with whole_file(folder / "playback.html") as path:
+        save_playback(gait, path)
 
 
 @app.command()

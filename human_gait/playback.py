@@ -200,7 +200,8 @@ def _note(walks: list[dict[str, Any]]) -> str:
     first, second = (walk["strideTime"] for walk in walks)
     if abs(first - second) < 0.005:
         return f"{note}."
-    return f"{note}, at the pace of the first: {first:.2f} s; the second needs {second:.2f} s."
+    paces = [_quantity(time, "s", ".2f") for time in (first, second)]
+    return f"{note}, at the pace of the first: {paces[0]}; the second needs {paces[1]}."
 
 
 def has_screen() -> bool:
@@ -211,9 +212,15 @@ def has_screen() -> bool:
 
 def _caption(gait: Gait) -> str:
     walk, subject, load = gait.scenario.walk, gait.body.subject, gait.body.load
-    person = f"{subject.sex}, {subject.stature:g} m, {subject.mass:g} kg"
-    carried = f", load {load.mass:.3g} kg" if load.mass > 0 else ""
-    return f"{walk.speed:g} m/s, step {walk.step_length:g} m; {person}{carried}"
+    stature, mass = _quantity(subject.stature, "m"), _quantity(subject.mass, "kg")
+    carried = f", load {_quantity(load.mass, 'kg', '.3g')}" if load.mass > 0 else ""
+    speed, step = _quantity(walk.speed, "m/s"), _quantity(walk.step_length, "m")
+    return f"{speed}, step {step}; {subject.sex}, {stature}, {mass}{carried}"
+
+
+def _quantity(value: float, unit: str, form: str = "g") -> str:
+    """Return a number with its unit, which stay in one line."""
+    return f"{value:{form}}\N{NO-BREAK SPACE}{unit}"
 
 
 def _listening(host: str, handler: type[BaseHTTPRequestHandler]) -> ThreadingHTTPServer:

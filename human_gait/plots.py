@@ -192,7 +192,9 @@ def stick_diagram(gait: Gait) -> Figure:
     ax.plot(*project(instants.zmp).T, "s", color=ZMP, zorder=3, **_ZMP_SQUARE)
     ax.set_aspect("equal")
     ax.axis("off")
-    ax.legend(handles=_stick_handles(gait), loc="lower center", ncols=3, bbox_to_anchor=(0.5, 1.0))
+    ax.legend(handles=_stick_handles(), loc="lower center", ncols=3, bbox_to_anchor=(0.5, 1.0))
+    every = 1000 * (times[1] - times[0])
+    figure.supxlabel(f"from left heel strike, t = 0; a figure every {every:.0f} ms", fontsize=9.0)
     return figure
 
 
@@ -369,13 +371,12 @@ def side_style(part: str) -> dict[str, Any]:
     return {"color": BLACK}
 
 
-def _stick_handles(gait: Gait) -> list[Any]:
-    every = 2000 * gait.step_time / (_STICK_INSTANTS - 1)
+def _stick_handles() -> list[Any]:
     square: dict[str, Any] = {"color": ZMP, "marker": "s", "linewidth": 1.0, **_ZMP_SQUARE}
     return [
         Line2D([], [], label="right leg and arm", **side_style("leg_r")),
         Line2D([], [], label="left leg and arm", **side_style("leg_l")),
-        Line2D([], [], label=f"ZMP (a figure every {every:.0f} ms)", **square),
+        Line2D([], [], label="ZMP", **square),
     ]
 
 

@@ -1,7 +1,7 @@
 """One page about one or several results, for reading, projecting and printing.
 
 The page is a single file that loads nothing: figures are SVG in it. The animation of one result is
-in it, too; the page of several results has links to theirs.
+in it, too, made anew from the gait; the page of several results has links to their files.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from human_gait import report_tables as tables
 from human_gait.exceptions import ResultError
 from human_gait.gait import Gait
 from human_gait.gait_cycle import label_and_unit
+from human_gait.playback import playback_page
 from human_gait.plots import stick_diagram, zmp
 from human_gait.reference import Reference, references_near
 from human_gait.report_figures import GROUPS, MEASURED, RESULTS, Line, curve_panel, styled, svg
@@ -31,8 +32,6 @@ from human_gait.report_results import PLAYBACK, Result, read_results
 from human_gait.result_folder import whole_file
 
 FILE = "report.html"
-LARGEST = 15_000_000
-"""Bytes of a page with its animation; a larger one has a link to it instead."""
 
 _STARTS = {  # what the command cannot say
     "warm start": "It started from the walk of another result (--warm-from DIR), whose name is not "
@@ -133,15 +132,11 @@ def report_page(folders: Sequence[Path], target: Path = Path(FILE)) -> str:
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     text = (files("human_gait.data") / "report.html.jinja").read_text(encoding="utf-8")
-    template = environment.from_string(text)
-    page = template.render(view, playback=_embedded(results))
-    if len(page.encode()) > LARGEST:
-        page = template.render(view, playback="")
-    return page
+    return environment.from_string(text).render(view)
 
 
 def _view(results: Sequence[Result], target: Path) -> dict[str, Any]:
-    """Return all that the template shows, but for the animation in it."""
+    """Return all that the template shows."""
     measured = references_near(results[0].gait.scenario.walk.speed)
     compared = [one for one in results if one.comparison]
     return {
@@ -149,6 +144,7 @@ def _view(results: Sequence[Result], target: Path) -> dict[str, Any]:
         "title": ", ".join(one.label for one in results),
         "tables": tables,
         "compared": compared,
+        "playback": playback_page(results[0].gait) if len(results) == 1 else "",
         "links": [(one.label, _link(one, target)) for one in results if _has_playback(one)],
         "groups": list(_curves(results, measured)),
         "pictures": list(_pictures(results)),
@@ -168,19 +164,6 @@ def _link(one: Result, target: Path) -> str:
     """Return the address of an animation as seen from the page."""
     path = os.path.relpath((one.folder / PLAYBACK).resolve(), target.resolve().parent)
     return quote(Path(path).as_posix())
-
-
-def _embedded(results: Sequence[Result]) -> str:
-    """Return the animation of a single result; none where there are several."""
-    if len(results) > 1 or not _has_playback(results[0]):
-        return ""
-    path = results[0].folder / PLAYBACK
-    try:
-        if path.stat().st_size > LARGEST:
-            return ""
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ResultError(f"{path}: cannot be read: {error}") from None
 
 
 # Figures

@@ -149,7 +149,11 @@ def came_out(results: Sequence[Result]) -> Table:
     against: Sequence[Row] = (
         (
             f"effort against {results[0].label} [%]",
-            lambda one: number(100.0 * (one.outcome.cost / first - 1.0), "+.1f"),
+            lambda one: (
+                Cell("\N{EN DASH}")
+                if one is results[0]
+                else number(100.0 * (one.outcome.cost / first - 1.0), "+.1f")
+            ),
         ),
     )
     rows = [*_CAME_OUT[:2], *(against if len(results) > 1 and first else ()), *_CAME_OUT[2:]]

@@ -1,5 +1,6 @@
 """The page in a real browser: headless Chromium, driven by Selenium, without a network."""
 
+import html
 import io
 import os
 import shutil
@@ -13,6 +14,7 @@ from selenium.webdriver import ActionChains
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import WebDriverWait
 from walking import guessed_gait
 
 from human_gait.bspline import Basis
@@ -416,6 +418,65 @@ def test_walks_of_different_pace_are_at_the_same_phase(driver, folder):
     seconds = [f"{phase * 2 * gait.step_time:.2f} s" for gait in (GAIT, quick_gait())]
     assert page.one("#clock b").text == " | ".join(seconds)
     assert page.problems() == []
+
+
+def turn_wheel(page, place, ctrl=False):
+    """Turn the wheel towards oneself over the middle of a box of the window."""
+    left, top, right, bottom = place
+    at = {"x": (left + right) / 2, "y": (top + bottom) / 2, "modifiers": 2 if ctrl else 0}
+    turn = {"type": "mouseWheel", "deltaX": 0, "deltaY": 100, **at}
+    page.driver.execute_cdp_cmd("Input.dispatchMouseEvent", turn)
+    two_frames = "requestAnimationFrame(() => requestAnimationFrame(arguments[0]))"
+    page.driver.execute_async_script(two_frames)
+
+
+DISTANCE = "return viewer.camera.position.length()"
+
+
+def test_the_wheel_zooms_where_the_page_is_alone(page):
+    before = page.script(DISTANCE)
+    turn_wheel(page, boxes(page, "canvas")[0])
+    assert page.script(DISTANCE) > 1.01 * before
+    assert page.one("#zoom").text == "wheel: zoom"
+
+
+@pytest.fixture
+def report_page(driver, folder):
+    """A long page with the walk in it, as a report has it; the distance of the camera."""
+    page = Page.__new__(Page)
+    page.driver = driver
+    page.resize(1000, 700)
+    walk = html.escape((folder / "playback.html").read_text(encoding="utf-8"))
+    frame = '<iframe sandbox="allow-scripts" style="width: 100%; height: 500px"'
+    (folder / "report.html").write_text(
+        f'<!DOCTYPE html><meta charset="utf-8">{frame} srcdoc="{walk}"></iframe>'
+        '<div style="height: 3000px"></div>',
+        encoding="utf-8",
+    )
+    driver.get((folder / "report.html").as_uri())
+    inside(page, "setPlaying(false); viewer.renderer.setPixelRatio(0.5)")
+    return page
+
+
+def inside(page, code):
+    """Run a line of script in the frame."""
+    page.driver.switch_to.frame(0)
+    found = page.script(code)
+    page.driver.switch_to.default_content()
+    return found
+
+
+def test_in_a_report_the_wheel_scrolls_and_zooms_with_ctrl_only(report_page):
+    page, place = report_page, (100, 100, 500, 300)
+    assert inside(page, "return element('zoom').textContent") == "Ctrl + wheel: zoom"
+    before = inside(page, DISTANCE)
+    turn_wheel(page, place, ctrl=True)
+    zoomed = inside(page, DISTANCE)
+    assert zoomed > 1.01 * before
+    assert page.script("return scrollY") == 0
+    turn_wheel(page, place)
+    WebDriverWait(page.driver, 5).until(lambda _: page.script("return scrollY") > 50)
+    assert inside(page, DISTANCE) == zoomed
 
 
 SIZES = [(1366, 768), (1920, 1080), (800, 1000), (390, 780)]

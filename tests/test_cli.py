@@ -248,12 +248,18 @@ def test_no_solution_keeps_the_last_iterate():
 
 def test_play_and_plot_take_the_result_of_the_folder(here, replace_room):
     (here / "gait.npz").write_bytes(b"")
+    (here / "playback.html").write_text("old")
     taken = []
     replace_room("gait_file", load_gait=lambda folder: f"gait of {folder}")
-    replace_room("playback", play=lambda gait, host: taken.append((gait, host)))
+    replace_room(
+        "playback",
+        play=lambda gait, host: taken.append((gait, host)),
+        save_playback=lambda gait, path: path.write_text(f"page of the {gait}"),
+    )
     replace_room("plots", save_plots=lambda gait, folder: taken.append((gait, folder)))
     assert cli.run(["play", "."]) == cli.run(["plot", "."]) == 0
     assert taken == [("gait of .", "127.0.0.1"), ("gait of .", Path())]
+    assert (here / "playback.html").read_text() == "page of the gait of ."
 
 
 def test_an_unreadable_result_is_one_line(here, capsys, replace_room):

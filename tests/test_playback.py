@@ -7,6 +7,7 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
+from lxml import html
 from walking import guessed_gait
 
 from human_gait import cli, playback
@@ -37,9 +38,21 @@ def test_the_page_loads_nothing_from_elsewhere(page):
 
 
 def test_the_page_says_who_walks_how(page):
-    for said in ("guessed walk", "1.2 m/s", "0.66 m", "male", "78.4 kg", "Zero moment point"):
-        assert said in own_part(page)
-    assert "load 18.1 kg" in own_part(playback_page(guessed_gait(18.1)))
+    for said in ("guessed walk", "1.2_m/s", "0.66_m", "male", "78.4_kg", "Zero moment point"):
+        assert said.replace("_", "\N{NO-BREAK SPACE}") in own_part(page)
+    loaded = own_part(playback_page(guessed_gait(18.1)))
+    assert "load 18.1\N{NO-BREAK SPACE}kg" in loaded
+
+
+def test_no_number_of_the_caption_is_parted_from_its_unit(page):
+    (caption,) = (walk["caption"] for walk in data(page)["walks"])
+    assert not re.search(r"\d (m|kg)\b", caption)
+
+
+def test_the_page_says_what_its_clock_is_in_the_files(page):
+    (note,) = re.findall(r'id="note">(.*?)</p>', page, flags=re.DOTALL)
+    words = html.fromstring(note).text_content().replace("\N{NO-BREAK SPACE}", " ")
+    assert "0 s is right heel strike, t = T in the files" in words
 
 
 def test_saved_pages_are_small_enough_to_send(tmp_path):
@@ -90,6 +103,7 @@ def test_walks_of_different_pace_are_said_to_be_at_the_same_phase():
     basis = Basis.uniform(quicker.walk.step_time, 9)
     note = playback_note(gait, Gait(quicker, basis.breaks, gait.control_points))
     assert "same per cent" in note
+    note = note.replace("\N{NO-BREAK SPACE}", " ")
     assert "pace of the first: 1.10 s; the second needs 0.88 s" in note
 
 

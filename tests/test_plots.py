@@ -119,3 +119,13 @@ def test_the_picture_keeps_the_plane_of_walking_and_shifts_the_left_aside():
     here, left = project(points)
     np.testing.assert_array_equal(here, [0.3, 1.5])
     assert (left > here).all()
+
+
+def test_the_legend_of_the_sticks_names_lines_and_the_caption_tells_the_times(figures):
+    figure = figures["stick_diagram"]
+    (legend,) = (ax.get_legend() for ax in figure.axes)
+    names = [text.get_text() for text in legend.get_texts()]
+    assert names == ["right leg and arm", "left leg and arm", "ZMP"]
+    heads = len(figure.axes[0].patches)  # one for each figure, from the first to the last instant
+    every = 2000 * GAIT.step_time / (heads - 1)
+    assert figure.get_supxlabel().endswith(f"a figure every {every:.0f} ms")

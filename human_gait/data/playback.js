@@ -21,6 +21,7 @@ const GHOST = { colour: 0x8a63c9, opacity: 0.5 };
 const DOME = 80; // radius of the sky, [m]
 const NO_JOINT = "#9aa0a6"; // the pelvis hangs on no joint
 const FRAME = 0.01; // of the stride, for the arrow keys
+const EMBEDDED = window.self !== window.top; // in a report
 
 const viewer = startedViewer();
 const dome = skyDome();
@@ -314,6 +315,11 @@ function press(event) {
   KEYS[event.key]();
 }
 
+// In a report the wheel scrolls the report; zooming needs Ctrl, as it does in maps.
+function wheel(event) {
+  if (EMBEDDED && !event.ctrlKey) event.stopPropagation();
+}
+
 // What the mouse has pressed lets go of the keyboard: space plays, whatever was clicked last.
 function release(event) {
   if (event.detail > 0) document.activeElement.blur();
@@ -341,6 +347,7 @@ function listen() {
     button.addEventListener("click", () => setOverlay(button.dataset.overlay === "yes"));
   for (const box of all("#layers input"))
     box.addEventListener("change", () => setLayer(box.dataset.layer, box.checked));
+  element("meshcat-pane").addEventListener("wheel", wheel, { capture: true, passive: true });
   viewer.controls.addEventListener("start", () => setView(null)); // turned by hand
   document.addEventListener("keydown", press);
   document.addEventListener("click", release);
@@ -364,6 +371,7 @@ function start() {
   element("torque-legend").querySelector("div").style.background =
     `linear-gradient(90deg, ${data.ramp.join(", ")})`;
   element("torque-legend").querySelector("span").textContent = `0 to ${data.torqueMax} N m`;
+  if (EMBEDDED) element("zoom").textContent = "Ctrl + wheel: zoom";
   drawContacts();
   listen();
   paintStage();
