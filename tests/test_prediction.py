@@ -316,7 +316,7 @@ def test_a_result_is_checked_anew_from_its_file(tmp_path, capsys):
 
 def test_a_verdict_that_cannot_be_written_is_a_verdict(tmp_path, capsys, monkeypatch):
     save_gait(guessed_gait(), tmp_path)
-    check = Check("step length", 0.0, 1.0, "m", 0.0)
+    check = Check(name="step length", value=0.0, limit=1.0, unit="m", time=0.0)
     (tmp_path / "verification.json").mkdir()  # in the way, for root too
     for limit, walks in ((1.0, True), (-1.0, False)):
         monkeypatch.setattr(room, "verify", lambda _, limit=limit: [replace(check, limit=limit)])
