@@ -73,6 +73,15 @@ class FormatName(StrEnum):
     URDF = "urdf"
 
 
+def format_named(text: str) -> FormatName:
+    """Return the format of a name."""
+    try:
+        return FormatName(text)
+    except ValueError:
+        each = "; give --format once for each" if set(text) & set(", ") else ""
+        raise typer.BadParameter(f"{text!r} is not one of {', '.join(FormatName)}{each}") from None
+
+
 ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="A scenario, TOML.")]
 Engine = Annotated[
     DynamicsName, typer.Option(help="Dynamics: Pinocchio, or the paper's recursion (dh).")
@@ -168,7 +177,10 @@ def refine(
 
 @app.command()
 def verify(folder: ResultFolder) -> None:
-    """Check from its file alone whether a result is a walk."""
+    """Check from its file alone whether a result is a walk: exit code 0, else 1.
+
+    The table goes to verification.json, too; a folder that cannot be written is a warning.
+    """
     check_result(folder)
     from human_gait.prediction import verify_folder
 
@@ -195,7 +207,7 @@ def play(
         Path | None, typer.Argument(metavar="[DIR2]", help="A result to show beside it.")
     ] = None,
     overlay: Annotated[
-        bool, typer.Option("--overlay", help="The second translucent in the same place.")
+        bool, typer.Option("--overlay", help="In one place: DIR solid, DIR2 translucent.")
     ] = False,
     save: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the page there instead, HTML.")
@@ -234,12 +246,13 @@ def plot(folder: ResultFolder) -> None:
     check_result(folder)
     from human_gait.gait_file import load_gait
     from human_gait.playback import save_playback
-    from human_gait.plots import save_plots
+    from human_gait.plots import PLOTS, save_plots
 
     gait = load_gait(folder)
     save_plots(gait, folder)
     with whole_file(folder / "playback.html") as path:
         save_playback(gait, path)
+    typer.echo(f"wrote {len(PLOTS)} plots and playback.html to {folder}")
 
 
 @app.command()
@@ -248,9 +261,10 @@ def compare(folder: ResultFolder) -> None:
     check_result(folder)
     from rich.console import Console
 
-    from human_gait.comparison import compare_to_folder
+    from human_gait.comparison import FILES, compare_to_folder
 
     Console().print(compare_to_folder(folder))
+    typer.echo(f"wrote {', '.join(FILES)} to {folder}")
 
 
 @app.command()
@@ -296,10 +310,15 @@ def export(
     folder: ResultFolder,
     formats: Annotated[
         list[FormatName] | None,
-        typer.Option("--format", help="What to write, also several times; else everything."),
+        typer.Option(
+            "--format",
+            parser=format_named,
+            metavar=f"[{'|'.join(FormatName)}]",
+            help="What to write, also several times; else everything.",
+        ),
     ] = None,
     rate: Annotated[
-        int, typer.Option(min=10, max=10_000, metavar="HZ", help="Samples per second.")
+        int, typer.Option(metavar="HZ", help="Samples per second, from 10 to 10000.")
     ] = 100,
     out: Annotated[
         Path | None, typer.Option(metavar="FOLDER", help="Folder to write to, else DIR/export.")
@@ -307,8 +326,12 @@ def export(
 ) -> None:
     """Write one stride of a result for OpenSim, motion capture, animation and robot programs."""
     check_result(folder)
-    from human_gait.export import FOLDER, FORMATS, export_gait
+    from human_gait.export import FORMATS, RATES, export_gait
+    from human_gait.export_names import FOLDER
     from human_gait.gait_file import load_gait
+
+    if not RATES[0] <= rate <= RATES[1]:
+        raise GaitError(f"--rate = {rate}: must be from {RATES[0]} to {RATES[1]} Hz")
 
     target = out or folder / FOLDER
     names = [name.value for name in formats] if formats else list(FORMATS)
@@ -332,7 +355,6 @@ def urdf(
 
     task = load_scenario(scenario) if scenario else None
     body = make_body(task.subject, task.load) if task else make_body(Subject.default(), Load())
-    out.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(out) as path:
         path.write_text(urdf_text(body), encoding="utf-8")
     typer.echo(f"wrote {out}")
@@ -340,6 +362,8 @@ def urdf(
 
 def check_result(folder: Path) -> None:
     """Raise ResultError unless `folder` holds a result."""
+    if folder.is_file():
+        raise ResultError(f"{folder}: is a file, give the folder of a result")
     if not (folder / "gait.npz").is_file():
         message = f"{folder}: no result here (no gait.npz), make one with human-gait predict"
         raise ResultError(message)

@@ -16,9 +16,10 @@ from human_gait.exceptions import ResultError
 from human_gait.gait_cycle import label_and_unit, load_gait_cycle
 from human_gait.plots_compare import compare_figure
 from human_gait.reference import Cycle, Reference, Score, references_near, scores
-from human_gait.result_folder import whole_file
+from human_gait.result_folder import read_json, whole_file
 from human_gait.spatiotemporal import StepScore, step_scores
 
+FILES = ("compare.json", "compare.csv", "compare.png")
 _COLUMNS = (
     "r",
     "RMSE",
@@ -89,16 +90,11 @@ def compare_folder(folder: str | Path) -> Comparison:
 
 
 def _speed_and_step_length(path: Path) -> tuple[float, float]:
-    try:
-        summary = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be read: {error.strerror}") from None
-    except (ValueError, RecursionError):
-        raise ResultError(f"{path}: is not JSON") from None
-    return (
-        _positive(path, summary, "walking_speed_m_per_s"),
-        _positive(path, summary, "step_length_m"),
-    )
+    def positive(summary: object) -> tuple[float, float]:
+        speed = _positive(path, summary, "walking_speed_m_per_s")
+        return speed, _positive(path, summary, "step_length_m")
+
+    return read_json(path, positive)
 
 
 def _positive(path: Path, summary: object, key: str) -> float:

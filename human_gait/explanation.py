@@ -5,7 +5,6 @@ Read from `explanation.json` and `summary.json` alone; no solver is imported.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.table import Table
 
-from human_gait.exceptions import ResultError
+from human_gait.result_folder import read_json
 
 FILE = "explanation.json"
 _SHOWN = 15
@@ -23,7 +22,6 @@ _NOTE = (
     "(0 %) to right heel strike (100 %); the right foot swings. In the next step left and right "
     "change places."
 )
-_AGAIN = "predict it again"
 
 
 def explained(folder: Path) -> RenderableType:
@@ -34,18 +32,8 @@ def explained(folder: Path) -> RenderableType:
     ResultError
         If a file is missing, as in results of older versions, or damaged.
     """
-    summary = _read(folder / "summary.json")
-    try:
-        if not summary["success"]:
-            return diagnosis_text(summary["diagnosis"])
-    except (KeyError, TypeError):
-        raise ResultError(f"{folder / 'summary.json'}: has no diagnosis, {_AGAIN}") from None
-    path = folder / FILE
-    explanation = _read(path)
-    try:
-        return _shapes(explanation)
-    except (AttributeError, KeyError, TypeError, ValueError, ZeroDivisionError):
-        raise ResultError(f"{path}: is damaged, {_AGAIN}") from None
+    failure = read_json(folder / "summary.json", _failure)
+    return failure or read_json(folder / FILE, _shapes)
 
 
 def diagnosis_text(diagnosis: dict[str, Any]) -> str:
@@ -57,15 +45,9 @@ def diagnosis_text(diagnosis: dict[str, Any]) -> str:
     return "\n".join([*parts, "try:", *tries] if tries else parts)
 
 
-def _read(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ResultError(f"{path}: is missing, {_AGAIN}") from None
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be read: {error.strerror}") from None
-    except (ValueError, RecursionError):
-        raise ResultError(f"{path}: is not JSON, {_AGAIN}") from None
+def _failure(summary: dict[str, Any]) -> str:
+    """Return the diagnosis of a solve that found no walk; nothing if it found one."""
+    return "" if summary["success"] else diagnosis_text(summary["diagnosis"])
 
 
 def _shapes(explanation: dict[str, Any]) -> Group:

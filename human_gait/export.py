@@ -10,19 +10,16 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
+from human_gait import export_names as names
 from human_gait import opensim_files, tables
 from human_gait.bvh import save_bvh
 from human_gait.gait import Gait, Samples, onward
 from human_gait.markers import save_c3d, save_trc
-from human_gait.opensim_files import COORDINATES, FORCES, LOADS, MODEL, TORQUES
 from human_gait.result_folder import replaced_folder
 from human_gait.trajectory import save_trajectory_csv, save_trajectory_json
 from human_gait.urdf import urdf_text
 
 FloatArray = npt.NDArray[np.float64]
-
-FOLDER = "export"
-"""Where the exports of a result are, in its folder."""
 
 RATE = 100
 """Samples per second by default, [Hz]."""
@@ -58,45 +55,45 @@ class Stride:
 
 
 def _mot(stride: Stride, folder: Path) -> None:
-    opensim_files.save_coordinates(stride.padded, folder / COORDINATES)
+    opensim_files.save_coordinates(stride.padded, folder / names.COORDINATES)
 
 
 def _grf(stride: Stride, folder: Path) -> None:
-    opensim_files.save_ground_reaction(stride.padded, folder / FORCES)
-    opensim_files.save_external_loads(folder / LOADS)
+    opensim_files.save_ground_reaction(stride.padded, folder / names.FORCES)
+    opensim_files.save_external_loads(folder / names.LOADS)
 
 
 def _sto(stride: Stride, folder: Path) -> None:
-    opensim_files.save_torques(stride.padded, folder / TORQUES)
+    opensim_files.save_torques(stride.padded, folder / names.TORQUES)
 
 
 def _osim(stride: Stride, folder: Path) -> None:
-    opensim_files.save_model(stride.gait.body, folder / MODEL)
+    opensim_files.save_model(stride.gait.body, folder / names.MODEL)
 
 
 def _trc(stride: Stride, folder: Path) -> None:
     now = stride.samples
-    save_trc(stride.gait.body, now.t, now.q, stride.rate, folder / "markers.trc")
+    save_trc(stride.gait.body, now.t, now.q, stride.rate, folder / names.MARKERS_TRC)
 
 
 def _c3d(stride: Stride, folder: Path) -> None:
-    save_c3d(stride.gait.body, stride.samples.q, stride.rate, folder / "markers.c3d")
+    save_c3d(stride.gait.body, stride.samples.q, stride.rate, folder / names.MARKERS_C3D)
 
 
 def _bvh(stride: Stride, folder: Path) -> None:
-    save_bvh(stride.gait.body, stride.samples.q, stride.rate, folder / "motion.bvh")
+    save_bvh(stride.gait.body, stride.samples.q, stride.rate, folder / names.MOTION)
 
 
 def _csv(stride: Stride, folder: Path) -> None:
-    tables.save_joint_angles(stride.samples, folder / "joint_angles.csv")
-    tables.save_joint_torques(stride.samples, folder / "joint_torques.csv")
-    tables.save_ground_reaction(stride.samples, folder / "ground_reaction.csv")
+    tables.save_joint_angles(stride.samples, folder / names.ANGLES_TABLE)
+    tables.save_joint_torques(stride.samples, folder / names.TORQUES_TABLE)
+    tables.save_ground_reaction(stride.samples, folder / names.FORCES_TABLE)
 
 
 def _urdf(stride: Stride, folder: Path) -> None:
-    (folder / "human.urdf").write_text(urdf_text(stride.gait.body), encoding="utf-8")
-    save_trajectory_csv(stride.samples, folder / "joint_trajectory.csv")
-    save_trajectory_json(stride.samples, folder / "joint_trajectory.json")
+    (folder / names.ROBOT).write_text(urdf_text(stride.gait.body), encoding="utf-8")
+    save_trajectory_csv(stride.samples, folder / names.TRAJECTORY_CSV)
+    save_trajectory_json(stride.samples, folder / names.TRAJECTORY_JSON)
 
 
 FORMATS: Mapping[str, Callable[[Stride, Path], None]] = MappingProxyType(
@@ -141,11 +138,11 @@ def export_gait(
     if unknown:
         raise ValueError(f"no format is called {unknown[0]!r}: choose from {', '.join(FORMATS)}")
     stride = sampled(gait, rate)
-    with replaced_folder(folder) as new:
+    with replaced_folder(folder, solved=False) as new:
         for name in dict.fromkeys(formats):
             FORMATS[name](stride, new)
-        names = sorted(path.name for path in new.iterdir())
-    return [folder / name for name in names]
+        written = sorted(path.name for path in new.iterdir())
+    return [folder / name for name in written]
 
 
 def sampled(gait: Gait, rate: float) -> Stride:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from human_gait.anthropometry import symmetric_inertia
 from human_gait.body import GRAVITY, SIDES, Body
+from human_gait.export_names import FORCES
 from human_gait.gait import Samples
 from human_gait.joints import WORLD, SegmentJoint, segment_joints
 from human_gait.markers import marker_set
@@ -24,12 +25,6 @@ from human_gait.opensim_shapes import add_box, add_capsules, numbers
 from human_gait.skeleton import DOF_NAMES, PRISMATIC, position_limits
 
 FloatArray = npt.NDArray[np.float64]
-
-MODEL = "model.osim"
-COORDINATES = "coordinates.mot"
-FORCES = "ground_reaction.mot"
-LOADS = "external_loads.xml"
-TORQUES = "joint_torques.sto"
 
 _VERSION = "40000"  # of the format: OpenSim 4.0 and later read it
 _KINDS = ("rotation", "translation")

@@ -107,7 +107,6 @@ def save_figures(results: str | Path, folder: str | Path) -> list[Path]:
             figure.savefig(png, format="png", dpi=DPI)
             figure.savefig(svg, format="svg", metadata={"Date": None})
         drawn |= {target / f"{name}.png": png.getvalue(), target / f"{name}.svg": svg.getvalue()}
-    target.mkdir(parents=True, exist_ok=True)
     for path, content in drawn.items():
         with whole_file(path) as new:
             new.write_bytes(content)

@@ -18,10 +18,11 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from human_gait import export_names
 from human_gait.agreement import FILE as AGREEMENT
 from human_gait.agreement import agreement_to_folder
 from human_gait.diagnosis import check_text, not_kept, suggestions, violation_text
-from human_gait.exceptions import NoSolutionFound
+from human_gait.exceptions import NoSolutionFound, ResultError
 from human_gait.explanation import FILE as EXPLANATION
 from human_gait.explanation import diagnosis_text
 from human_gait.gait import Gait
@@ -40,12 +41,16 @@ from human_gait.warm_start import adapted, fitting, load_multipliers, save_multi
 FloatArray = npt.NDArray[np.float64]
 
 SUMMARY, VERIFICATION = "summary.json", "verification.json"
-OURS = (
+_RESULT = (
     *(FILE, SUMMARY, EXPLANATION, VERIFICATION, "gait_cycle.csv", "playback.html"),
-    *("compare.json", "compare.csv", "compare.png", "report.html", "export"),
+    *("compare.json", "compare.csv", "compare.png", "report.html", MULTIPLIERS),
     *("stick_diagram.png", "zmp.png"),
     *("joint_angles.png", "joint_torques.png", "ground_reaction.png"),
-    *(AGREEMENT, MULTIPLIERS, *SOLVERS),
+    *(f"{export_names.FOLDER}/{name}" for name in export_names.FILES),
+)
+OURS = (
+    *(*_RESULT, AGREEMENT),
+    *(f"{solver}/{name}" for solver in SOLVERS for name in _RESULT),
 )
 """Everything that a prediction, or a command about it, writes: it goes with the old result."""
 PACKAGES = ("human-gait", "drake", "casadi", "pin", "numpy", "scipy")
@@ -185,7 +190,8 @@ def _solve_to_folder(
 def verify_folder(folder: Path) -> bool:
     """Check the gait of a result anew, from the file alone; return whether it is a walk.
 
-    Prints the table of checks and writes it to ``verification.json``.
+    Prints the table of checks and writes it to ``verification.json``; where that cannot be written
+    it warns on standard error, in one line.
 
     Raises
     ------
@@ -197,8 +203,12 @@ def verify_folder(folder: Path) -> bool:
     console.print(_asked_for(record.gait.scenario), markup=False)
     console.print(_check_table(checks))
     found = json.dumps(_by_name(checks), indent=2)
-    with whole_file(folder / VERIFICATION) as path:
-        path.write_text(found + "\n", encoding="utf-8")
+    try:
+        with whole_file(folder / VERIFICATION) as path:
+            path.write_text(found + "\n", encoding="utf-8")
+    except ResultError as error:
+        told = Console(stderr=True, highlight=False)
+        told.print(f"warning: {error}", soft_wrap=True, markup=False)
     return all(check.passed for check in checks)
 
 

@@ -100,10 +100,6 @@ def report_to_file(folders: Sequence[Path], out: Path | None = None) -> Path:
     """
     target = out or (folders[0] if len(folders) == 1 else Path("out")) / FILE
     page = report_page(folders, target)
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ResultError(f"{target}: cannot be written: {error.strerror or error}") from error
     with whole_file(target) as path:
         path.write_text(page, encoding="utf-8")
     return target

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from human_gait.comparison import Comparison, compare_folder
 from human_gait.exceptions import ResultError
@@ -14,12 +13,10 @@ from human_gait.gait import Gait
 from human_gait.gait_cycle import load_gait_cycle
 from human_gait.gait_file import FILE, load_gait
 from human_gait.reference import Cycle
-
-T = TypeVar("T")
+from human_gait.result_folder import AGAIN, read_json
 
 PLAYBACK = "playback.html"
 _FILES = (FILE, "summary.json", "gait_cycle.csv", "explanation.json")
-_AGAIN = "predict it again"
 
 
 @dataclass(frozen=True)
@@ -191,18 +188,18 @@ def _check_files(folder: Path) -> None:
         message = f"{folder}: no result here (no {FILE}), make one with human-gait predict"
         raise ResultError(message)
     if missing:
-        raise ResultError(f"{folder}: no {', no '.join(missing)}: {_AGAIN}")
+        raise ResultError(f"{folder}: no {', no '.join(missing)}: {AGAIN}")
 
 
 def _result(label: str, folder: Path, gait: Gait) -> Result:
-    outcome = _read(folder / "summary.json", _outcome)
+    outcome = read_json(folder / "summary.json", _outcome)
     return Result(
         label,
         folder,
         gait,
         load_gait_cycle(folder / "gait_cycle.csv"),
         outcome,
-        _read(folder / "explanation.json", _bounds),
+        read_json(folder / "explanation.json", _bounds),
         _comparison(folder, outcome),
     )
 
@@ -215,18 +212,6 @@ def _comparison(folder: Path, outcome: Outcome) -> Comparison | None:
         if outcome.success:
             raise
         return None
-
-
-def _read(path: Path, restore: Callable[[Any], T]) -> T:
-    """Return what `restore` makes of a JSON file."""
-    try:
-        return restore(json.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be read: {error.strerror}") from None
-    except KeyError as error:
-        raise ResultError(f"{path}: has no {error.args[0]}, {_AGAIN}") from None
-    except (AttributeError, TypeError, ValueError, ZeroDivisionError, RecursionError):
-        raise ResultError(f"{path}: is damaged, {_AGAIN}") from None
 
 
 def _outcome(found: Any) -> Outcome:

@@ -9,16 +9,24 @@ that is read-only) its files are replaced one by one, each whole.
 from __future__ import annotations
 
 import ctypes
+import errno
+import json
 import os
 import platform
 import secrets
 import shutil
 import sys
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any, TypeVar
 
 from human_gait.exceptions import ResultError
+
+T = TypeVar("T")
+
+AGAIN = "predict it again"
+"""What helps where a file of a result cannot be used."""
 
 MARK = f".new-{platform.node()}-"
 """Part of the name of everything unfinished; the number of the process that writes it follows."""
@@ -28,7 +36,9 @@ _AT_FDCWD, _EXCHANGE = -100, 2
 
 
 @contextmanager
-def replaced_folder(folder: Path, derived: Collection[str] = ()) -> Iterator[Path]:
+def replaced_folder(
+    folder: Path, derived: Collection[str] = (), solved: bool = True
+) -> Iterator[Path]:
     """Yield an empty folder which replaces `folder` if nothing fails.
 
     Parameters
@@ -36,12 +46,15 @@ def replaced_folder(folder: Path, derived: Collection[str] = ()) -> Iterator[Pat
     folder : Path
         Old files, also in sub-folders, that are neither written anew nor `derived` stay in it.
     derived : collection of str
-        Names of what was made from the old result, by whatever command: they go with it.
+        Files that were made from the old result, by whatever command, as paths in the folder
+        (``export/motion.bvh``): they go with it, and so does a sub-folder that held nothing else.
+    solved : bool
+        Whether it took a solve to make what is written: if it cannot be written, that is lost.
 
     Raises
     ------
     ResultError
-        If the new result cannot be written.
+        If the new files cannot be written.
     """
     target = Path(os.path.realpath(folder))
     there = target.is_dir()
@@ -54,8 +67,9 @@ def replaced_folder(folder: Path, derived: Collection[str] = ()) -> Iterator[Pat
         finally:
             shutil.rmtree(new, ignore_errors=True)  # it holds the old result if they were exchanged
     except OSError as error:
+        why = f"cannot be written: {error.strerror or error}"
         fate = "the new result is lost" + (", the old one is as it was" if there else "")
-        message = f"{folder}: the result cannot be written: {error.strerror or error}; {fate}"
+        message = f"{folder}: the result {why}; {fate}" if solved else f"{folder}: {why}"
         raise ResultError(message) from error
     _sweep(target)
 
@@ -63,6 +77,8 @@ def replaced_folder(folder: Path, derived: Collection[str] = ()) -> Iterator[Pat
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """Yield the path of a file to write, which replaces `path` if nothing fails.
+
+    The folders above it are made.
 
     Raises
     ------
@@ -73,6 +89,8 @@ def whole_file(path: Path) -> Iterator[Path]:
     special = path.exists() and not path.is_file()  # a pipe is written, not replaced
     new = path if special else _unfinished(target)
     try:
+        if not special:
+            _make_folder(target.parent)
         try:
             yield new
             if not special:
@@ -86,6 +104,26 @@ def whole_file(path: Path) -> Iterator[Path]:
     _sweep(target)
 
 
+def read_json(path: Path, restore: Callable[[Any], T]) -> T:
+    """Return what `restore` makes of the content of a JSON file of a result.
+
+    Raises
+    ------
+    ResultError
+        If the file is missing or cannot be read, or `restore` cannot make anything of it.
+    """
+    try:
+        return restore(json.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        raise ResultError(f"{path.parent}: no {path.name}: {AGAIN}") from None
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be read: {error.strerror}") from None
+    except KeyError as error:
+        raise ResultError(f"{path}: has no {error.args[0]}, {AGAIN}") from None
+    except (AttributeError, TypeError, ValueError, ZeroDivisionError, RecursionError):
+        raise ResultError(f"{path}: is damaged, {AGAIN}") from None
+
+
 def _unfinished(target: Path) -> Path:
     unique = f"{os.getpid()}-{secrets.token_hex(4)}"
     return target.parent / f"{_prefix(target)}{unique}{target.suffix[:9]}"
@@ -95,9 +133,17 @@ def _prefix(target: Path) -> str:
     return f".{target.name[:30]}{MARK}"  # file systems have a longest name
 
 
+def _make_folder(folder: Path) -> None:
+    """Make a folder and those above it; a file in the place of one is no folder."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR)) from None
+
+
 def _made(target: Path) -> Path:
     """Return a new empty folder beside the target, or in it if that cannot be renamed."""
-    target.parent.mkdir(parents=True, exist_ok=True)
+    _make_folder(target.parent)
     new = _unfinished(target)
     if target.is_dir() and not _can_move(target):
         new = target / new.name
@@ -131,36 +177,53 @@ def _sync(path: Path) -> None:
 
 def _put(new: Path, target: Path, derived: Collection[str]) -> None:
     names = sorted(path.name for path in new.iterdir())
-    if new.parent == target or not _exchanged(new, target, derived, names):
+    if new.parent == target or not _exchanged(new, target, derived):
         _one_by_one(new, target, derived, names)
 
 
-def _exchanged(new: Path, target: Path, derived: Collection[str], names: Collection[str]) -> bool:
+def _exchanged(new: Path, target: Path, derived: Collection[str]) -> bool:
     for _ in range(_TRIES):
         with suppress(OSError):
             if not target.is_dir():
                 new.rename(target)
                 return True
-            _carry(target, new, derived, names)
+            _carry(target, new, derived)
             _exchange(new, target)
             with suppress(OSError):  # what was put there since
-                _carry(new, target, derived, names)
+                _carry(new, target, derived)
             return True
     return False
 
 
-def _carry(old: Path, new: Path, derived: Collection[str], names: Collection[str]) -> None:
-    """Have in the new folder what is in the old one and neither ours, by `names`, nor derived."""
+def _carry(old: Path, new: Path, derived: Collection[str]) -> None:
+    """Have in the new folder what is in the old one and neither written anew nor derived."""
     for path in old.iterdir():
-        if path.name in derived or MARK in path.name:
+        if MARK in path.name:
             continue
-        if path.is_dir() and not path.is_symlink():
+        if _is_folder(path):
             (new / path.name).mkdir(exist_ok=True)
             shutil.copystat(path, new / path.name)
-            ours = path.name in names
-            _carry(path, new / path.name, derived if ours else (), names if ours else ())
-        elif not os.path.lexists(new / path.name):
+            inner = _below(path.name, derived)
+            _carry(path, new / path.name, inner)
+            if inner:
+                _remove_empty(new / path.name)
+        elif path.name not in derived and not os.path.lexists(new / path.name):
             _link(path, new / path.name)
+
+
+def _is_folder(path: Path) -> bool:
+    return path.is_dir() and not path.is_symlink()
+
+
+def _below(folder: str, paths: Collection[str]) -> list[str]:
+    """Return those of the paths that lead into a folder, as seen from there."""
+    start = f"{folder}/"
+    return [path.removeprefix(start) for path in paths if path.startswith(start)]
+
+
+def _remove_empty(folder: Path) -> None:
+    with suppress(OSError):  # it is not empty
+        folder.rmdir()
 
 
 def _link(source: Path, target: Path) -> None:
@@ -198,18 +261,17 @@ def _rename_both(new: Path, target: Path) -> None:
 
 
 def _one_by_one(new: Path, target: Path, derived: Collection[str], names: list[str]) -> None:
-    target.mkdir(exist_ok=True)
+    _make_folder(target)
     inner = new if new.parent == target else Path(shutil.move(new, target / new.name))
     replaced = False
     try:
         for name in names:
             if (inner / name).is_dir():
-                _put(inner / name, target / name, derived)
+                _put(inner / name, target / name, _below(name, derived))
             else:
                 (inner / name).replace(target / name)
             replaced = True
-        for name in set(derived) - set(names):
-            _remove(target / name)
+        _discard(target, set(derived), names)
     except OSError as error:
         if not replaced:
             raise
@@ -219,8 +281,21 @@ def _one_by_one(new: Path, target: Path, derived: Collection[str], names: list[s
         shutil.rmtree(inner, ignore_errors=True)
 
 
+def _discard(folder: Path, derived: Collection[str], names: Collection[str]) -> None:
+    """Remove what is derived, but for what is ours by `names`, and folders that held only that."""
+    for path in list(folder.iterdir()):
+        if path.name in names or MARK in path.name:
+            continue
+        if not _is_folder(path):
+            if path.name in derived:
+                path.unlink(missing_ok=True)
+        elif inner := _below(path.name, derived):
+            _discard(path, inner, ())
+            _remove_empty(path)
+
+
 def _remove(path: Path) -> None:
-    if path.is_dir() and not path.is_symlink():
+    if _is_folder(path):
         shutil.rmtree(path, ignore_errors=True)
     else:
         path.unlink(missing_ok=True)

@@ -1,5 +1,6 @@
 """The command line: a user's mistake ends in one line and an exit code, never in a traceback."""
 
+import shutil
 import subprocess
 import sys
 import types
@@ -246,7 +247,7 @@ def test_no_solution_keeps_the_last_iterate():
     assert (str(error), error.gait, error.report) == ("stopped", "last", "table")
 
 
-def test_play_and_plot_take_the_result_of_the_folder(here, replace_room):
+def test_play_and_plot_take_the_result_of_the_folder(here, capsys, replace_room):
     (here / "gait.npz").write_bytes(b"")
     (here / "playback.html").write_text("old")
     taken = []
@@ -256,10 +257,50 @@ def test_play_and_plot_take_the_result_of_the_folder(here, replace_room):
         play=lambda gait, host: taken.append((gait, host)),
         save_playback=lambda gait, path: path.write_text(f"page of the {gait}"),
     )
-    replace_room("plots", save_plots=lambda gait, folder: taken.append((gait, folder)))
+    replace_room(
+        "plots", save_plots=lambda gait, folder: taken.append((gait, folder)), PLOTS=["a", "b"]
+    )
     assert cli.run(["play", "."]) == cli.run(["plot", "."]) == 0
     assert taken == [("gait of .", "127.0.0.1"), ("gait of .", Path())]
     assert (here / "playback.html").read_text() == "page of the gait of ."
+    assert capsys.readouterr().out == "wrote 2 plots and playback.html to .\n"
+
+
+def test_a_comparison_tells_what_it_wrote(here, capsys, replace_room):
+    (here / "gait.npz").write_bytes(b"")
+    names = ("compare.json", "compare.png")
+    replace_room("comparison", compare_to_folder=lambda folder: f"table of {folder}", FILES=names)
+    assert cli.run(["compare", "."]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said == ["table of .", "wrote compare.json, compare.png to ."]
+
+
+@pytest.mark.parametrize("command", ["explain", "report", "export", "verify", "play", "compare"])
+def test_a_file_is_no_result_folder(here, capsys, command):
+    (here / "gait.npz").write_bytes(b"")
+    assert cli.run([command, "gait.npz"]) == cli.BAD_INPUT
+    assert_one_line(capsys, "gait.npz: is a file, give the folder of a result")
+
+
+def test_a_page_is_saved_with_the_folders_above_it(here, capsys, replace_room):
+    (here / "gait.npz").write_bytes(b"")
+    replace_room("gait_file", load_gait=lambda folder: f"gait of {folder}")
+    replace_room("playback", save_playback=lambda gait, path: path.write_text(gait))
+    assert cli.run(["play", ".", "--save", "new/sub/page.html"]) == 0
+    assert Path("new/sub/page.html").read_text() == "gait of ."
+    assert capsys.readouterr().out == "wrote new/sub/page.html\n"
+    assert cli.run(["play", ".", "--save", "gait.npz/page.html"]) == cli.BAD_INPUT
+    assert_one_line(capsys, "gait.npz/page.html: cannot be written: Not a directory")
+
+
+@pytest.mark.parametrize("place", ["", "docs/"])
+def test_results_are_not_committed(place):
+    """Not in the folder of the tutorial either, where it writes when it is opened there."""
+    git = shutil.which("git")
+    if not git or not (ROOT / ".git").exists():
+        pytest.skip("no repository")
+    path = f"{place}out/normal/gait.npz"
+    assert subprocess.run([git, "check-ignore", "-q", path], cwd=ROOT, check=False).returncode == 0
 
 
 def test_an_unreadable_result_is_one_line(here, capsys, replace_room):

@@ -116,7 +116,7 @@ def test_a_curve_without_a_correlation_is_null(tmp_path):
 
 
 UNUSABLE = {
-    "is not JSON": "{",
+    "is damaged": "{",
     "walking_speed_m_per_s must be a number": {"step_length_m": 0.66},
     "step_length_m must be a number": {**SUMMARY, "step_length_m": "0.66"},
     "walking_speed_m_per_s must be a number above 0": {**SUMMARY, "walking_speed_m_per_s": -1},
@@ -139,7 +139,7 @@ def test_a_missing_file_is_named(tmp_path):
         compare_folder(tmp_path)
     write(tmp_path)
     (tmp_path / "summary.json").unlink()
-    with pytest.raises(ResultError, match=r"summary\.json: cannot be read"):
+    with pytest.raises(ResultError, match=r"no summary\.json: predict it again"):
         compare_folder(tmp_path)
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from solves import solved
+from walking import guessed_gait
 from walks import PEOPLE, scenario
 
 from human_gait import cli
@@ -13,6 +14,8 @@ from human_gait import solver as solver_room
 from human_gait.diagnosis import amount, not_kept, suggestions, violation_text
 from human_gait.exceptions import ResultError
 from human_gait.explanation import explained
+from human_gait.gait_cycle import save_gait_cycle
+from human_gait.gait_file import save_gait
 from human_gait.influence import _MEANING, NEGLIGIBLE, STEPS, _limit_row, influences
 from human_gait.program import COST_SCALE, LIMITS, SYMMETRY, Stage, Violation, build_program
 from human_gait.skeleton import DOF_NAMES, N_DOF, in_words, index
@@ -441,6 +444,21 @@ def test_what_is_missing_or_damaged_is_one_line(folder, capsys, summary, explana
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1
     assert lines[0].startswith("error: ")
+
+
+@pytest.mark.parametrize("damage", [None, "{", "[]"])
+def test_explain_report_and_compare_say_the_same_of_one_summary(tmp_path, capsys, damage):
+    save_gait(guessed_gait(), tmp_path)
+    save_gait_cycle(guessed_gait(), tmp_path / "gait_cycle.csv")
+    (tmp_path / "explanation.json").write_text(json.dumps(EXPLANATION))
+    if damage:
+        (tmp_path / "summary.json").write_text(damage)
+    commands = ("explain", "report") if damage == "[]" else ("explain", "report", "compare")
+    said = set()
+    for command in commands:
+        assert cli.run([command, str(tmp_path)]) == cli.BAD_INPUT
+        said.add(capsys.readouterr().err)
+    assert len(said) == 1
 
 
 def test_explain_of_no_result_is_bad_input(capsys):

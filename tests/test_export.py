@@ -14,7 +14,7 @@ import pytest
 import yourdfpy
 from exports import joint_centres, link_poses, marker_places, walking
 
-from human_gait import cli, export
+from human_gait import cli, export, export_names
 from human_gait.exceptions import ResultError
 from human_gait.export import FORMATS, RATES, export_gait, sampled
 from human_gait.gait_file import save_gait
@@ -259,6 +259,10 @@ def test_all_formats_are_the_default(folder):
     assert {path.name for path in folder.iterdir()} == set().union(*FILES.values())
 
 
+def test_the_files_that_go_with_an_old_result_are_those_that_are_written(folder):
+    assert sorted(path.name for path in folder.iterdir()) == sorted(export_names.FILES)
+
+
 def test_what_fails_leaves_the_old_files_and_nothing_else(gait, tmp_path, monkeypatch):
     target = tmp_path / "out"
     export_gait(gait, target, ["bvh"], rate=20)
@@ -310,10 +314,15 @@ def test_the_command_writes_beside_the_result(gait, tmp_path, capsys):
 def test_the_command_offers_all_formats_and_rates(gait, tmp_path, capsys):
     assert [name.value for name in cli.FormatName] == list(FORMATS)
     save_gait(gait, tmp_path)
+    (tmp_path / "afile").touch()
     for arguments, complaint in (
         (["--format", "fbx"], "'fbx' is not one of"),
-        (["--rate", str(RATES[0] - 1)], "greater than or equal to 10"),
-        (["--rate", str(RATES[1] + 1)], "less than or equal to 10000"),
+        (["--format", "osim,mot"], "'osim,mot' is not one of osim, mot, grf"),
+        (["--format", "osim,mot"], "csv, urdf; give --format once for each"),
+        (["--rate", str(RATES[0] - 1)], "error: --rate = 9: must be from 10 to 10000 Hz\n"),
+        (["--rate", str(RATES[1] + 1)], "error: --rate = 10001: must be from 10 to 10000 Hz\n"),
+        (["--out", str(tmp_path / "afile")], "afile: cannot be written: Not a directory\n"),
+        (["--out", str(tmp_path / "afile/x")], "afile/x: cannot be written: Not a directory\n"),
     ):
         assert cli.run(["export", str(tmp_path), *arguments]) == cli.BAD_INPUT
         assert complaint in capsys.readouterr().err

@@ -204,7 +204,7 @@ def test_the_command_writes_the_page_of_two_results(results, tmp_path, capsys):
     [
         (["--overlay"], "--overlay: needs a second result, DIR2"),
         (["nowhere"], "nowhere: no result here"),
-        (["--save", "nowhere/page.html"], "nowhere/page.html: cannot be written"),
+        (["--save", "/dev/null/page.html"], "page.html: cannot be written: Not a directory"),
     ],
 )
 def test_what_cannot_be_played_is_told_in_one_line(results, capsys, arguments, words):

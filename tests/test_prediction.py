@@ -3,6 +3,7 @@
 import json
 import shutil
 import signal
+from dataclasses import replace
 from importlib.metadata import version
 from itertools import islice
 
@@ -16,6 +17,7 @@ from human_gait import prediction as room
 from human_gait import solver as solver_room
 from human_gait.diagnosis import Suggestion
 from human_gait.exceptions import NoSolutionFound, ResultError, ScenarioError
+from human_gait.export_names import FILES as EXPORTED
 from human_gait.gait_cycle import load_gait_cycle
 from human_gait.gait_file import load_gait, save_gait
 from human_gait.ladder import OWN_GUESS, WARM
@@ -87,6 +89,21 @@ def test_a_solve_that_fails_keeps_everything_it_has(failed, solver):
     assert gait.scenario == TASK
     assert gait.solution["solver"] == solver
     assert len(load_gait_cycle(folder / "gait_cycle.csv")["knee_flexion_deg"]) == 101
+
+
+@pytest.mark.usefixtures("cut_short")
+def test_files_of_ones_own_stay_and_what_was_made_from_the_old_result_goes(tmp_path):
+    stale = [f"{folder}export/{name}" for folder in ("", "newton/") for name in EXPORTED]
+    stale += ["compare.csv", "report.html", "verification.json", "agreement.json"]
+    stale += ["newton/gait.npz", "snopt/summary.json"]
+    own = ["export/my_setup.xml", "newton/notes.txt", "model.osim", "export/mine/motion.bvh"]
+    for name in (*stale, *own):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("old")
+    predict_to_folder(TASK, "newton", tmp_path)
+    assert [name for name in stale if (tmp_path / name).exists()] == []
+    assert [name for name in own if not (tmp_path / name).exists()] == []
+    assert not (tmp_path / "snopt").exists()
 
 
 def test_the_summary_tells_what_was_solved_and_how(summary, solver):
@@ -295,6 +312,19 @@ def test_a_result_is_checked_anew_from_its_file(tmp_path, capsys):
     assert found["unbalanced force or moment"]["passed"] is True
     assert found["standing points off their footholds"]["passed"] is False
     assert "FAIL" in capsys.readouterr().out
+
+
+def test_a_verdict_that_cannot_be_written_is_a_verdict(tmp_path, capsys, monkeypatch):
+    save_gait(guessed_gait(), tmp_path)
+    check = Check(name="step length", value=0.0, limit=1.0, unit="m", time=0.0)
+    (tmp_path / "verification.json").mkdir()  # in the way, for root too
+    for limit, walks in ((1.0, True), (-1.0, False)):
+        monkeypatch.setattr(room, "verify", lambda _, limit=limit: [replace(check, limit=limit)])
+        assert verify_folder(tmp_path) is walks
+        captured = capsys.readouterr()
+        assert "step length" in captured.out
+        assert captured.err.count("\n") == 1
+        assert f"warning: {tmp_path / 'verification.json'}: cannot be written: " in captured.err
 
 
 @pytest.mark.usefixtures("cut_short")

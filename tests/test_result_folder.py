@@ -12,7 +12,7 @@ import pytest
 
 from human_gait import result_folder as room
 from human_gait.exceptions import ResultError
-from human_gait.result_folder import MARK, replaced_folder, whole_file
+from human_gait.result_folder import MARK, read_json, replaced_folder, whole_file
 
 WRITERS = Path(__file__).with_name("writers.py")
 OLD, NEW = "0.0", "10.0"
@@ -75,15 +75,23 @@ def old(tmp_path):
     """A result with a comparison and what somebody else has put beside it."""
     folder = tmp_path / "walk"
     (folder / "sub" / "inner").mkdir(parents=True)
-    for name in ("gait", "compare", "notes", "sub/inner/data", "sub/compare"):
+    for name in ("export", "made"):
+        (folder / name).mkdir()
+    for name in (
+        *("gait", "compare", "notes", "sub/inner/data", "sub/compare"),
+        *("export/motion", "export/notes", "made/motion"),
+    ):
         (folder / name).write_text(f"old {name}")
     (folder / "link").symlink_to("notes")
     (folder / "sub" / "dead").symlink_to("nowhere")
     return folder
 
 
+DERIVED = ("compare", "export/motion", "made/motion")
+
+
 def renew(folder, error=None, **others):
-    with replaced_folder(folder, ["compare"]) as new:
+    with replaced_folder(folder, DERIVED) as new:
         for name in ("gait", *others):
             (new / name).write_text("new")
         if error:
@@ -104,6 +112,7 @@ RENEWED = {
     "link": "old notes",
     "sub/inner/data": "old sub/inner/data",
     "sub/compare": "old sub/compare",
+    "export/notes": "old export/notes",
 }
 
 
@@ -111,6 +120,7 @@ def assert_renewed(folder):
     assert contents(folder) == RENEWED
     assert (folder / "link").is_symlink()
     assert (folder / "sub" / "dead").is_symlink()
+    assert not (folder / "made").exists()
     assert not [path for path in folder.parent.iterdir() if MARK in path.name]
 
 
@@ -200,11 +210,51 @@ def test_where_nothing_can_be_written_the_old_result_is_named(old):
         renew(old / "gait" / "below")
 
 
-def test_a_file_in_the_place_of_the_folder_is_kept(tmp_path):
+@pytest.mark.parametrize("inner", [".", "inner", "inner/most"])
+def test_a_file_in_the_place_of_a_folder_is_kept(tmp_path, inner):
     (tmp_path / "walk").write_text("mine")
-    with pytest.raises(ResultError, match="cannot be written"):
-        renew(tmp_path / "walk")
+    with pytest.raises(ResultError, match=r"cannot be written: Not a directory; .* is lost"):
+        renew(tmp_path / "walk" / inner)
+    if inner != ".":
+        with pytest.raises(ResultError, match=r"cannot be written: Not a directory$"):
+            rewrite(tmp_path / "walk" / inner, "new")
     assert contents(tmp_path) == {"walk": "mine"}
+
+
+def test_what_took_no_solve_is_not_called_lost(old):
+    before = contents(old)
+    with (
+        pytest.raises(ResultError) as caught,
+        replaced_folder(old, solved=False),
+    ):
+        raise PermissionError(errno.EACCES, "Permission denied")
+    assert str(caught.value) == f"{old}: cannot be written: Permission denied"
+    assert contents(old) == before
+
+
+def test_the_folders_above_a_file_are_made(tmp_path):
+    rewrite(tmp_path / "new" / "sub" / "page.html", "new")
+    assert contents(tmp_path) == {"new/sub/page.html": "new"}
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (None, "walk: no a.json: predict it again"),
+        ("{", "walk/a.json: is damaged, predict it again"),
+        ("[" * 100_000, "walk/a.json: is damaged, predict it again"),
+        ("{}", "walk/a.json: has no key, predict it again"),
+        ("[]", "walk/a.json: is damaged, predict it again"),
+    ],
+)
+def test_a_json_file_that_cannot_be_used_is_named(tmp_path, monkeypatch, text, said):
+    monkeypatch.chdir(tmp_path)
+    Path("walk").mkdir()
+    if text is not None:
+        Path("walk/a.json").write_text(text)
+    with pytest.raises(ResultError) as caught:
+        read_json(Path("walk/a.json"), lambda found: found["key"])
+    assert str(caught.value) == said
 
 
 def test_files_that_were_replaced_in_part_are_reported(old, monkeypatch):
@@ -217,7 +267,7 @@ def test_files_that_were_replaced_in_part_are_reported(old, monkeypatch):
 
 def test_a_folder_of_results_is_replaced_where_it_cannot_be_renamed(old, monkeypatch):
     monkeypatch.setattr(room, "_can_move", lambda folder: folder.name != "walk")
-    with replaced_folder(old, ["compare"]) as new:
+    with replaced_folder(old, ["sub/compare"]) as new:
         (new / "sub").mkdir()
         (new / "sub" / "data").write_text("new")
     assert contents(old / "sub") == {"data": "new", "inner/data": "old sub/inner/data"}
