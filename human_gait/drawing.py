@@ -7,6 +7,7 @@ are then at the same phase of it.
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -28,6 +29,7 @@ from scipy.spatial import ConvexHull
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
+_UUID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 _TRACK_TYPES = {
     "position": "vector3",
     "scale": "vector3",
@@ -38,14 +40,28 @@ _TRACK_TYPES = {
 
 @dataclass
 class Recorder:
-    """Takes the place of MeshCat's connection to a browser and keeps what is sent."""
+    """Takes the place of MeshCat's connection to a browser and keeps what is sent.
+
+    MeshCat's random names become numbers, so that the same walk gives the same page.
+    """
 
     commands: list[str] = field(default_factory=list)
+    _names: dict[str, str] = field(default_factory=dict)
 
     def send(self, command: Any) -> None:
         """Keep a command as MeshCat packs it, in single precision, as text."""
-        packed = umsgpack.packb(command.lower(), force_float_precision="single")
+        packed = umsgpack.packb(self._named(command.lower()), force_float_precision="single")
         self.commands.append(base64.b64encode(packed).decode("ascii"))
+
+    def _named(self, part: Any) -> Any:
+        """Return a part of a command with a number for every random name (UUID) in it."""
+        if isinstance(part, dict):
+            return {key: self._named(value) for key, value in part.items()}
+        if isinstance(part, list):
+            return [self._named(value) for value in part]
+        if isinstance(part, str) and _UUID.fullmatch(part):
+            return self._names.setdefault(part, f"object {len(self._names)}")
+        return part
 
 
 @dataclass

@@ -211,3 +211,8 @@ def test_what_cannot_be_played_is_told_in_one_line(results, capsys, arguments, w
     assert cli.run(["play", results[0], *arguments]) == cli.BAD_INPUT
     (line,) = capsys.readouterr().err.splitlines()
     assert words in line
+
+
+def test_the_same_walk_gives_the_same_page(page):
+    """MeshCat names its objects at random."""
+    assert playback_page(guessed_gait()) == page
