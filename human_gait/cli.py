@@ -318,8 +318,11 @@ def export(
         ),
     ] = None,
     rate: Annotated[
-        int, typer.Option(metavar="HZ", help="Samples per second, from 10 to 10000.")
-    ] = 100,
+        int | None,
+        typer.Option(
+            metavar="HZ", help="Samples per second, else 100, and 1000 in OpenSim's tables."
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FOLDER", help="Folder to write to, else DIR/export.")
     ] = None,
@@ -330,7 +333,7 @@ def export(
     from human_gait.export_names import FOLDER
     from human_gait.gait_file import load_gait
 
-    if not RATES[0] <= rate <= RATES[1]:
+    if rate is not None and not RATES[0] <= rate <= RATES[1]:
         raise GaitError(f"--rate = {rate}: must be from {RATES[0]} to {RATES[1]} Hz")
 
     target = out or folder / FOLDER

@@ -21,8 +21,8 @@ from human_gait.urdf import urdf_text
 
 FloatArray = npt.NDArray[np.float64]
 
-RATE = 100
-"""Samples per second by default, [Hz]."""
+RATE, OPENSIM_RATE = 100, 1000
+"""Samples per second by default, [Hz]; OpenSim differentiates twice and needs more of them."""
 
 RATES = (10, 10_000)
 """The lowest and the highest rate, [Hz]."""
@@ -111,9 +111,11 @@ FORMATS: Mapping[str, Callable[[Stride, Path], None]] = MappingProxyType(
 )
 """What there is, by name: each writes its files to a folder."""
 
+_FOR_OPENSIM = ("mot", "grf", "sto")
+
 
 def export_gait(
-    gait: Gait, folder: Path, formats: Collection[str] = tuple(FORMATS), rate: float = RATE
+    gait: Gait, folder: Path, formats: Collection[str] = tuple(FORMATS), rate: float | None = None
 ) -> list[Path]:
     """Write one stride of a gait to a folder, all files or none, and return their paths.
 
@@ -125,7 +127,8 @@ def export_gait(
     formats : collection of str
         Names of ``FORMATS``; all by default.
     rate : float, [Hz]
-        Samples per second, within ``RATES``.
+        Samples per second, within ``RATES``; by default ``OPENSIM_RATE`` in the tables for OpenSim
+        (mot, grf, sto) and ``RATE`` in all else.
 
     Raises
     ------
@@ -137,12 +140,18 @@ def export_gait(
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
         raise ValueError(f"no format is called {unknown[0]!r}: choose from {', '.join(FORMATS)}")
-    stride = sampled(gait, rate)
+    rates = {name: _usual_rate(name) if rate is None else rate for name in formats}
+    strides = {hertz: sampled(gait, hertz) for hertz in set(rates.values())}
     with replaced_folder(folder, solved=False) as new:
-        for name in dict.fromkeys(formats):
-            FORMATS[name](stride, new)
+        for name, hertz in rates.items():
+            FORMATS[name](strides[hertz], new)
         written = sorted(path.name for path in new.iterdir())
     return [folder / name for name in written]
+
+
+def _usual_rate(name: str) -> float:
+    """Return the samples per second of a format where none are asked for, [Hz]."""
+    return OPENSIM_RATE if name in _FOR_OPENSIM else RATE
 
 
 def sampled(gait: Gait, rate: float) -> Stride:
