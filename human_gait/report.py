@@ -185,16 +185,18 @@ def _curves(results: Sequence[Result], measured: Sequence[Reference]) -> Iterato
         yield Curves(heading, keys, tuple(panels), phases=gait is not None)
 
 
-def _pictures(results: Sequence[Result]) -> Iterator[Picture]:
-    """Yield stick diagram and footprints of every result."""
-    for k, one in enumerate(results):
-        name = f"{one.label}: " if len(results) > 1 else ""
-        for title, (draw, size) in _DRAWN.items():
+def _pictures(results: Sequence[Result]) -> Iterator[list[Picture]]:
+    """Yield the stick diagrams of all results, then their footprints."""
+    for title, (draw, size) in _DRAWN.items():
+        pictures = []
+        for k, one in enumerate(results):
+            name = f"{one.label}: " if len(results) > 1 else ""
             with styled():
                 figure = draw(one.gait)
                 figure.set_size_inches(*size)
                 drawn = svg(figure, f"{draw.__name__}-{k}", title)
-            yield _picture(f"{name}{title}", drawn)
+            pictures.append(_picture(f"{name}{title}", drawn))
+        yield pictures
 
 
 _DRAWN = {  # [inch]: smaller than on their own, which makes letters larger

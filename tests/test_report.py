@@ -500,6 +500,18 @@ def test_the_same_results_give_the_same_page(three, monkeypatch):
     assert report_page(three[:1]) == report_page(three[:1])
 
 
+def test_pictures_of_a_kind_stand_in_a_row_in_the_order_of_the_results(three_page):
+    root = html.document_fromstring(three_page)
+    rows = [
+        [caption.text_content() for caption in row.iter("figcaption")]
+        for row in root.xpath("//div[@class='pictures']")
+    ]
+    assert [[text.partition(": ")[0] for text in row] for row in rows] == 2 * [
+        [f"load {load:g}" for load in LOADS]
+    ]
+    assert [len({text.partition(": ")[2] for text in row}) for row in rows] == [1, 1]
+
+
 @pytest.mark.usefixtures("one_panel")
 def test_results_stand_in_their_order(three):
     labels = [f"load {load:g}" for load in reversed(LOADS)]
