@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from small_problems import VALLEY_END, corner, cube, numbers, valley
 
+from human_gait import active_set as room
 from human_gait.active_set import LOST, OPTIMAL, _Homotopy, _optimal, _shortened, _Stacked, follow
 from human_gait.interior_point import minimise
 from human_gait.nonlinear_program import Duals
@@ -277,3 +278,24 @@ def test_a_start_outside_the_limits_is_brought_back():
     end = follow(corner(), numbers(2.0, -3.0), before.duals)
     assert end.solved
     np.testing.assert_allclose(end.x, [0.7, 0.0], atol=1e-9)
+
+
+def test_multipliers_go_as_far_as_the_step(monkeypatch):
+    """Where half a step is taken, so is half the way to the multipliers of the model."""
+    calls, minimum, shortened = [], room.local_minimum, room._shortened
+
+    def watched(model, y, radius):
+        calls.append((y, minimum(model, y, radius)))
+        return calls[-1][1]
+
+    def halved(path, t, d, *rest):
+        point, share = shortened(path, t, d / 2.0, *rest)
+        return point, share / 2.0
+
+    monkeypatch.setattr(room, "local_minimum", watched)
+    monkeypatch.setattr(room, "_shortened", halved)
+    before = solved(valley(), VALLEY_END)
+    follow(replace(valley(), row_upper=numbers(1.1)), before.x, before.duals)
+    (y, (_, wanted)), (then, _) = calls[:2]
+    assert np.abs(wanted - y).max() > 1e-3
+    np.testing.assert_allclose(then, y + (wanted - y) / 2.0)
