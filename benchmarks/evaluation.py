@@ -55,7 +55,7 @@ WIDTH = 120
 
 BUILD = "building the program"
 OUTSIDE = {
-    "newton": "IPOPT and CasADi",
+    "newton": "interior-point method",
     "snopt": "SNOPT and Drake",
     "ipopt": "IPOPT and Drake",
 }
@@ -87,7 +87,6 @@ PARTS: dict[str, dict[str, tuple[str, ...]]] = {
     "putting the Lagrangian together": {
         "human_gait.program:GaitProgram": ("hessian",),
         "human_gait.lagrangian:Lagrangian": ("cost", "gradient", "rows", "jacobian", "hessian"),
-        "human_gait.interior_point:_Oracle": ("_value", "_gradient", "_jacobian", "_hessian"),
     },
     "watch": {
         "human_gait.solver:_Watch": ("__call__",),
@@ -308,7 +307,7 @@ def compiled(folder: Path) -> Path | str:
 
 
 def _eigen(prefix: Path) -> Path | None:
-    """Return a folder with the headers of Eigen; the package CasADi brings them."""
+    """Return a folder with the headers of Eigen; the package CasADi, of `dev`, brings them."""
     casadi = importlib.util.find_spec("casadi")
     places = [prefix / "include/eigen3", Path("/usr/include/eigen3")]
     if casadi and casadi.origin:

@@ -15,12 +15,18 @@ quadratic programming, section 11.3 on homotopies.
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
 
-from human_gait.nonlinear_program import Duals, End, FloatArray, NonlinearProgram
+from human_gait.nonlinear_program import (
+    Derivatives,
+    Duals,
+    End,
+    FloatArray,
+    NonlinearProgram,
+    Point,
+    Stacked,
+)
 from human_gait.quadratic import Quadratic, bounds_of, local_minimum
 
 OPTIMAL = "the active set is settled"
@@ -28,7 +34,8 @@ LOST = "no active set within reach"
 
 _HOMOTOPY = (0.5, 0.25)  # t of the first steps; 0 from then on
 _MOST_STEPS = 25
-_RADIUS = 0.15  # largest change of a variable in one step
+_RADIUS, _WIDEST = 0.12, 0.3  # largest change of a variable in one step, at first and ever
+_WIDER = 1.6  # after a whole step
 _STATIONARY, _FEASIBLE, _COMPLEMENTARY = 1e-4, 1e-6, 1e-5
 _NOTICED = 3e-3  # cost per unit of a bound: smaller multipliers are what a barrier has left
 _MEMORY = 3  # points that the merit is compared with: it need not fall at each
@@ -37,64 +44,10 @@ _ENOUGH = 1e-4  # part of the predicted fall that is asked for (Armijo)
 _IGNORED = 5e-4  # rise of the merit, of itself, that does no harm
 
 
-@dataclass(frozen=True)
-class _Point:
-    """The variables, the cost, and all that is bounded: variables, then rows, (n + m,)."""
-
-    x: FloatArray
-    cost: float
-    bounded: FloatArray
-
-
-@dataclass(frozen=True)
-class _Derivatives:
-    """Gradient (n,) of the cost and dense Jacobian (m, n) of the rows."""
-
-    gradient: FloatArray
-    jacobian: FloatArray
-
-    def slope(self, y: FloatArray) -> FloatArray:
-        """Return the gradient (n,) of the Lagrangian."""
-        n = len(self.gradient)
-        return np.asarray(self.gradient + y[:n] + y[n:] @ self.jacobian, dtype=float)
-
-
-class _Stacked:
-    """A nonlinear program with dense derivatives, its variables and rows bounded alike."""
-
-    def __init__(self, problem: NonlinearProgram) -> None:
-        self.problem, self.n = problem, len(problem.lower)
-        self.lower = np.concatenate([problem.lower, problem.row_lower])
-        self.upper = np.concatenate([problem.upper, problem.row_upper])
-
-    def point(self, x: FloatArray) -> _Point:
-        """Return cost and rows; an infinite cost where they cannot be computed."""
-        try:
-            point = _Point(x, self.problem.cost(x), np.concatenate([x, self.problem.rows(x)]))
-        except np.linalg.LinAlgError:  # a pose at the end of its coordinates
-            return _Point(x, np.inf, np.zeros_like(self.lower))
-        computed = np.isfinite(point.cost) and np.all(np.isfinite(point.bounded))
-        return point if computed else _Point(x, np.inf, np.zeros_like(self.lower))
-
-    def derivatives(self, x: FloatArray) -> _Derivatives:
-        """Return gradient and Jacobian."""
-        shape = len(self.lower) - self.n, self.n
-        entries = coo_array((self.problem.jacobian(x), self.problem.jacobian_entries), shape=shape)
-        return _Derivatives(self.problem.gradient(x), entries.toarray())
-
-    def hessian(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """Return the Hessian (n, n) of the Lagrangian."""
-        rows, columns = self.problem.hessian_entries
-        dense = np.zeros((self.n, self.n))
-        dense[rows, columns] = self.problem.hessian(x, 1.0, y[self.n :])
-        dense[columns, rows] = dense[rows, columns]
-        return dense
-
-
 class _Homotopy:
     """Bounds and cost that a start satisfies exactly at t = 1, and those of the problem at 0."""
 
-    def __init__(self, stacked: _Stacked, start: _Point, slope: FloatArray, y: FloatArray) -> None:
+    def __init__(self, stacked: Stacked, start: Point, slope: FloatArray, y: FloatArray) -> None:
         self.stacked, self._left = stacked, slope
         above_lower, above_upper = start.bounded - stacked.lower, start.bounded - stacked.upper
         self._lower = np.where(y < 0.0, above_lower, np.minimum(above_lower, 0.0))
@@ -104,15 +57,15 @@ class _Homotopy:
         """Return lower and upper bounds (n + m,)."""
         return self.stacked.lower + t * self._lower, self.stacked.upper + t * self._upper
 
-    def gradient(self, t: float, derivatives: _Derivatives) -> FloatArray:
+    def gradient(self, t: float, derivatives: Derivatives) -> FloatArray:
         """Return the gradient (n,) of the cost."""
         return np.asarray(derivatives.gradient - t * self._left, dtype=float)
 
-    def merit(self, t: float, at: _Point, prices: FloatArray) -> float:
+    def merit(self, t: float, at: Point, prices: FloatArray) -> float:
         """Return the cost with what exceeds the bounds, at its price (n + m,)."""
         return float(at.cost - t * self._left @ at.x + prices @ self.excess(t, at))
 
-    def excess(self, t: float, at: _Point) -> FloatArray:
+    def excess(self, t: float, at: Point) -> FloatArray:
         """Return by how much each bound is exceeded, (n + m,)."""
         lower, upper = self.bounds(t)
         beyond = np.maximum(lower - at.bounded, at.bounded - upper)
@@ -143,13 +96,13 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
         matrix: the step is then shortened.
     """
     start = np.clip(start, problem.lower, problem.upper)
-    stacked = _Stacked(problem)
+    stacked = Stacked(problem)
     y = np.concatenate([duals.variables, duals.rows])
     bounded = np.isfinite(bounds_of(y, stacked.lower, stacked.upper))
     y = np.where(bounded & (np.abs(y) > _NOTICED), y, 0.0)
     here, now = stacked.point(start), stacked.derivatives(start)
     path = _Homotopy(stacked, here, now.slope(y), y)
-    prices, past = np.zeros_like(y), deque[_Point](maxlen=_MEMORY)
+    prices, past, radius = np.zeros_like(y), deque[Point](maxlen=_MEMORY), _RADIUS
     for step in range(_MOST_STEPS + 1):
         t = _HOMOTOPY[step] if step < len(_HOMOTOPY) else 0.0
         if step > len(_HOMOTOPY) and _optimal(stacked, here, now, y):
@@ -158,8 +111,8 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
             break
         lower, upper = (bound - here.bounded for bound in path.bounds(t))
         gradient = path.gradient(t, now)
-        model = Quadratic(stacked.hessian(here.x, y), gradient, now.jacobian, lower, upper)
-        found = local_minimum(model, y, _RADIUS)
+        model = Quadratic(_hessian(stacked, here.x, y), gradient, now.jacobian, lower, upper)
+        found = local_minimum(model, y, radius)
         if found is None:
             break
         d, wanted = found
@@ -167,6 +120,7 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
         prices = np.maximum(2.0 * np.abs(wanted), prices / 2.0) + 1e-3
         fall = min(float(gradient @ d - prices @ path.excess(t, here)), 0.0)
         here, share = _shortened(path, t, d, prices, fall, past)
+        radius = _next_radius(radius, share)
         if not np.isfinite(here.cost):
             here = past[-1]
             break
@@ -175,9 +129,15 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
     return _end(stacked, here, y, LOST, step)
 
 
+def _next_radius(radius: float, share: float) -> float:
+    """Return a wider radius after a whole step, a narrower one after part of a step."""
+    wider = _WIDER * radius if share == 1.0 else share * radius
+    return min(max(wider, _RADIUS), _WIDEST)
+
+
 def _shortened(
-    path: _Homotopy, t: float, d: FloatArray, prices: FloatArray, fall: float, past: deque[_Point]
-) -> tuple[_Point, float]:
+    path: _Homotopy, t: float, d: FloatArray, prices: FloatArray, fall: float, past: deque[Point]
+) -> tuple[Point, float]:
     """Return a point along a step and the part of the step: halved until the merit is low enough.
 
     Variables keep their own limits, also while those of the homotopy are wider.
@@ -193,7 +153,13 @@ def _shortened(
         share /= 2.0
 
 
-def _optimal(stacked: _Stacked, here: _Point, now: _Derivatives, y: FloatArray) -> bool:
+def _hessian(stacked: Stacked, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return the Hessian (n, n) of the Lagrangian."""
+    upper = stacked.upper_hessian(x, y[stacked.n :])
+    return np.asarray(upper + np.triu(upper, 1).T, dtype=float)
+
+
+def _optimal(stacked: Stacked, here: Point, now: Derivatives, y: FloatArray) -> bool:
     """Return whether a point and its multipliers meet the KKT conditions."""
     excess = np.maximum(stacked.lower - here.bounded, here.bounded - stacked.upper)
     slack = here.bounded - bounds_of(y, stacked.lower, stacked.upper)
@@ -204,6 +170,6 @@ def _optimal(stacked: _Stacked, here: _Point, now: _Derivatives, y: FloatArray) 
     )
 
 
-def _end(stacked: _Stacked, here: _Point, y: FloatArray, status: str, steps: int) -> End:
+def _end(stacked: Stacked, here: Point, y: FloatArray, status: str, steps: int) -> End:
     duals = Duals(y[stacked.n :], y[: stacked.n])
     return End(here.x, duals, status == OPTIMAL, status, steps)

@@ -328,7 +328,7 @@ def _relaxed(worst: Violation, scenario: Scenario) -> list[Suggestion]:
 
 def _solver(solution: Solution, broken: list[Violation], found: bool) -> Iterator[Suggestion]:
     """Suggest another way to solve, where that can help."""
-    out_of_iterations = solution.status.startswith(("31", "32", "Max"))
+    out_of_iterations = solution.status.startswith(("31", "32", "Max", "iteration"))
     if solution.converged or not (out_of_iterations or not found):
         return
     because = f"{solution.solver} stopped: {solution.status}"

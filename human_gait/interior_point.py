@@ -1,175 +1,400 @@
-"""IPOPT with exact second derivatives, which Drake's interface to it does not take.
+"""A primal-dual interior-point method with exact second derivatives, for dense blocks.
 
-The package CasADi brings IPOPT with a sparse linear solver and quick BLAS for every platform; of
-CasADi itself only its interface to IPOPT is used.
+Rows c(x) get slacks s, and logarithmic barriers keep x and s inside their bounds; the barriers fall
+in a few stages. Each step is one of Newton's method on the optimality conditions, shortened until a
+filter takes it. Slacks and multipliers are eliminated, which leaves
+
+    (H + S_x + J' S_s J + damping I) dx = right-hand side
+
+with the second derivatives H of the Lagrangian, the Jacobian J of the rows and the barriers'
+curvature S. The matrix has as many rows as there are variables, some hundred, and is dense in
+blocks. Where Cholesky's method finds it not positive definite, the step would not lead downhill,
+and the damping grows. It falls again as long as steps stay short: where the cost has a curved
+valley, long ones leave it.
 
 References
 ----------
 A. Waechter and L. T. Biegler, "On the implementation of an interior-point filter line-search
-algorithm for large-scale nonlinear programming", Mathematical Programming 106 (2006).
-J. A. E. Andersson et al., "CasADi: a software framework for nonlinear optimization and optimal
-control", Mathematical Programming Computation 11 (2019).
+algorithm for large-scale nonlinear programming", Mathematical Programming 106 (2006): the barrier's
+stages, the filter and their constants. Equation numbers are those of this paper.
+J. Nocedal and S. J. Wright, "Numerical Optimization", 2nd ed., 2006: chapter 19.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import NamedTuple
 
-import casadi
 import numpy as np
+from scipy.linalg.lapack import dpotrf, dpotrs
 
-from human_gait.nonlinear_program import Duals, End, FloatArray, IntArray, NonlinearProgram
+from human_gait.nonlinear_program import (
+    Derivatives,
+    Duals,
+    End,
+    FloatArray,
+    IntArray,
+    NonlinearProgram,
+    Point,
+    Stacked,
+)
 
-Evaluate = Callable[[Sequence[FloatArray | None], Sequence[FloatArray | None]], None]
+OPTIMAL = "optimal"
+LIMIT_REACHED = "iteration limit reached"
+STUCK = "no step leads on"
 
-SUCCESS = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
+_FIRST_BARRIER, _WARM_BARRIER = 0.1, 3e-5
+_LAST_BARRIER = 0.1  # of the products that are asked for
+_BARRIER_FALL, _BARRIER_POWER = 0.2, 1.5  # Eq. (7)
+_STAGE = 30.0  # a stage ends where the error is this many barrier parameters
+_PUSH = 1e-2  # of a start into the bounds, part of their distance
+_TO_BOUND = 0.99  # part of the way to a bound that a step may take, Eq. (8)
+_PROXIMAL = 1e-7  # of the rows' equalities: their multipliers change by residual / this
+_SPREAD = 1e10  # of the multipliers of bounds about barrier / distance, Eq. (16)
+_SCALE = 100.0  # mean multiplier from where errors count relative to it, Eq. (6)
+
+_DAMPING = 1e-4  # the smallest
+_UNDAMPED = 1e-3  # below it a step without damping is tried first
+_MORE, _LESS, _AT_ONCE = 3.0, 1.0 / 3.0, 5.0
+_SHORT = 0.5  # largest change of a variable, in its unit, from where the damping does not fall
+_MOST_DAMPING = 1e8
+
+_SHORTEST = 1e-3  # part of a step
+_ENOUGH = 1e-8  # part of the predicted fall, Eq. (20)
+_MARGIN = 1e-5  # of the filter, Eq. (18)
+_SWITCH = 1e-4  # violation per row below which the barrier function has to fall
+_ROUNDING = 1e-12  # of the barrier function
+
+
+@dataclass(frozen=True)
+class Goal:
+    """When a point is optimal, and when to give up.
+
+    Attributes
+    ----------
+    stationary, feasible, complementary : float
+        Largest entry of the Lagrangian's gradient, violation, and product of a multiplier and the
+        distance from its bound.
+    most_iterations : int
+    """
+
+    stationary: float = 1e-5
+    feasible: float = 1e-6
+    complementary: float = 1e-7
+    most_iterations: int = 300
+
+
+class _State(NamedTuple):
+    """Where the method is: bounded values are variables, then slacks of rows, (n + m,)."""
+
+    point: Point
+    now: Derivatives
+    inside: FloatArray  # (n + m,) variables and slacks
+    y: FloatArray  # (m,) multipliers of rows = slacks
+    low: FloatArray  # (n + m,) multipliers of lower bounds
+    high: FloatArray  # (n + m,) of upper bounds
+
+
+class _Step(NamedTuple):
+    """Changes of a state, and how much of them the bounds allow."""
+
+    inside: FloatArray
+    y: FloatArray
+    low: FloatArray
+    high: FloatArray
+    primal: float
+    dual: float
 
 
 def minimise(
     problem: NonlinearProgram,
     start: FloatArray,
-    options: Mapping[str, Any],
+    goal: Goal | None = None,
     duals: Duals | None = None,
 ) -> End:
-    """Minimise from a start, with IPOPT's options by name.
+    """Minimise from a start.
+
+    Parameters
+    ----------
+    problem : NonlinearProgram
+    start : (n,) array
+        Is moved inside the bounds of the variables; it need not satisfy the rows.
+    goal : Goal, optional
+    duals : Duals, optional
+        Multipliers of a start that is nearly optimal: the barrier then starts low.
+
+    Returns
+    -------
+    End
+        Solved if the goal is met. That the point is no saddle is not checked, but every step was
+        one towards a minimum of its quadratic model.
 
     Raises
     ------
-    RuntimeError
-        If IPOPT refuses an option.
-    Exception
-        What an evaluation raises ends the solve and is passed on.
+    BaseException
+        Whatever an evaluation raises, but for cost or rows that need the inverse of a singular
+        matrix: the step is then shortened.
     """
-    oracle = _Oracle(problem)
-    ipopt = {"print_level": 0, "sb": "yes", **options}
-    nlp = casadi.nlpsol("nlp", "ipopt", oracle.value, {**oracle.derivatives, "ipopt": ipopt})
-    given = {
-        "x0": start,
-        "lbx": problem.lower,
-        "ubx": problem.upper,
-        "lbg": problem.row_lower,
-        "ubg": problem.row_upper,
-    }
-    if duals:
-        given |= {"lam_g0": duals.rows, "lam_x0": duals.variables}
-    found, stats = nlp(**given), nlp.stats()
-    if oracle.error:
-        raise oracle.error
-    status = str(stats["return_status"])
-    if status == "Invalid_Option":
-        raise RuntimeError(f"IPOPT refuses one of its options: {ipopt}")
-    x, by_row, by_variable = (np.array(found[key]).ravel() for key in ("x", "lam_g", "lam_x"))
-    return End(x, Duals(by_row, by_variable), status in SUCCESS, status, stats["iter_count"])
+    method = _Method(problem)
+    goal = goal or Goal()
+    barrier = _WARM_BARRIER if duals else _FIRST_BARRIER
+    last = _LAST_BARRIER * goal.complementary
+    state = method.start(start, duals, barrier)
+    damping, filtered = 0.0, list[tuple[float, float]]()
+    for step in range(goal.most_iterations + 1):
+        error = method.error(state, 0.0)
+        if error.meets(goal):
+            return method.end(state, OPTIMAL, step)
+        if step == goal.most_iterations:
+            break
+        while barrier > last and method.error(state, barrier).largest <= _STAGE * barrier:
+            fall = min(_BARRIER_FALL * barrier, barrier**_BARRIER_POWER)
+            barrier, filtered = max(fall, last), []
+        found = method.step(state, barrier, damping, filtered)
+        if found is None:
+            return method.end(state, STUCK, step)
+        state, damping = found
+    return method.end(state, LIMIT_REACHED, goal.most_iterations)
 
 
-class _Oracle:
-    """The functions of a problem as CasADi asks for them."""
+class _Error(NamedTuple):
+    """What is left of the optimality conditions, Eq. (5), relative to large multipliers."""
+
+    stationary: float
+    feasible: float
+    complementary: float
+
+    @property
+    def largest(self) -> float:
+        return max(self)
+
+    def meets(self, goal: Goal) -> bool:
+        """Return whether all of it is small enough."""
+        wanted = goal.stationary, goal.feasible, goal.complementary
+        return all(left <= allowed for left, allowed in zip(self, wanted, strict=True))
+
+
+class _Method:
+    """Newton steps for one problem."""
 
     def __init__(self, problem: NonlinearProgram) -> None:
-        self.problem = problem
-        self.error: BaseException | None = None
-        n, m = len(problem.lower), len(problem.row_lower)
-        jacobian, self._jacobian_place = _pattern(problem.jacobian_entries, (m, n))
-        hessian, self._hessian_place = _pattern(problem.hessian_entries, (n, n))
-        one, x, g = (casadi.Sparsity.dense(size, 1) for size in (1, n, m))
-        at = [("x", x), ("p", casadi.Sparsity.dense(0, 0))]
-        multipliers = [("lam_f", one), ("lam_g", g)]
-        self.value = _Function("nlp", at, [("f", one), ("g", g)], self._value, self)
-        gradient, rows = [("f", one), ("grad", x)], [("g", g), ("jac", jacobian)]
-        second = [("hess", hessian)]
-        self.derivatives: dict[str, Any] = {
-            "grad_f": _Function("grad_f", at, gradient, self._gradient, self),
-            "jac_g": _Function("jac_g", at, rows, self._jacobian, self),
-            "hess_lag": _Function("hess_lag", at + multipliers, second, self._hessian, self),
-            "no_nlp_grad": True,  # no derivatives in the parameters, of which there are none
-            "calc_lam_p": False,
-            "print_time": False,
-            "error_on_fail": False,
-        }
+        self._stacked = Stacked(problem)
+        self._n = self._stacked.n
+        lower, upper = self._stacked.lower, self._stacked.upper
+        self._equal = lower == upper
+        self._equal[: self._n] = False
+        self._lower = np.where(self._equal, -np.inf, lower)
+        self._upper = np.where(self._equal, np.inf, upper)
+        self._below, self._above = np.isfinite(self._lower), np.isfinite(self._upper)
+        self._blocks = _blocks(problem)
 
-    def _value(self, given: Sequence[Any], wanted: Sequence[Any]) -> None:
-        _put(wanted[0], self.problem.cost, given[0])
-        _put(wanted[1], self.problem.rows, given[0])
+    def start(self, x: FloatArray, duals: Duals | None, barrier: float) -> _State:
+        """Return a state inside the bounds; with duals one where products are the barrier's.
 
-    def _gradient(self, given: Sequence[Any], wanted: Sequence[Any]) -> None:
-        _put(wanted[0], self.problem.cost, given[0])
-        _put(wanted[1], self.problem.gradient, given[0])
+        A bound with a multiplier z is then barrier / z away, wherever the row's own value is: to
+        get rows and slacks together takes one Newton step, to balance products takes many.
+        """
+        n, stacked = self._n, self._stacked
+        z = np.zeros(len(self._lower)) if duals is None else np.r_[duals.variables, duals.rows]
+        x = self._placed(x, z[:n], barrier, slice(n))
+        point = stacked.point(x)
+        slacks = self._placed(point.bounded[n:], z[n:], barrier, slice(n, None))
+        inside = np.concatenate([x, np.where(self._equal[n:], stacked.lower[n:], slacks)])
+        low, high = self._below.astype(float), self._above.astype(float)
+        if duals is not None:
+            below, above = self._gaps(inside)
+            low, high = barrier / below, barrier / above
+        return _State(point, stacked.derivatives(x), inside, z[n:], low, high)
 
-    def _jacobian(self, given: Sequence[Any], wanted: Sequence[Any]) -> None:
-        _put(wanted[0], self.problem.rows, given[0])
-        if wanted[1] is not None:
-            values = self.problem.jacobian(given[0])
-            wanted[1][:] = np.bincount(self._jacobian_place, values, len(wanted[1]))
+    def end(self, state: _State, status: str, steps: int) -> End:
+        """Return where the method ends."""
+        duals = Duals(state.y, (state.high - state.low)[: self._n])
+        return End(state.point.x, duals, status == OPTIMAL, status, steps)
 
-    def _hessian(self, given: Sequence[Any], wanted: Sequence[Any]) -> None:
-        x, _, factor, multipliers = given
-        if wanted[0] is not None:
-            wanted[0][self._hessian_place] = self.problem.hessian(x, float(factor[0]), multipliers)
+    def error(self, state: _State, barrier: float) -> _Error:
+        """Return what is left of the conditions of a barrier problem; with 0 of the problem."""
+        below, above = self._gaps(state.inside)
+        prices = np.concatenate([state.now.gradient + state.y @ state.now.jacobian, -state.y])
+        left = np.where(self._equal, 0.0, prices - state.low + state.high)
+        products = np.concatenate(
+            [
+                state.low[self._below] * below[self._below],
+                state.high[self._above] * above[self._above],
+            ]
+        )
+        sizes = np.concatenate([np.abs(state.y), state.low, state.high])
+        scale = max(_SCALE, sizes.mean()) / _SCALE
+        missing = state.point.bounded - state.inside
+        return _Error(
+            float(np.abs(left).max()) / scale,
+            float(np.abs(missing).max()),
+            float(np.abs(products - barrier).max(initial=0.0)) / scale,
+        )
 
+    def step(
+        self, state: _State, barrier: float, damping: float, filtered: list[tuple[float, float]]
+    ) -> tuple[_State, float] | None:
+        """Return the next state and the damping to begin with there; None if none is found."""
+        n, (below, above) = self._n, self._gaps(state.inside)
+        curvature = state.low / below + state.high / above
+        curvature[self._equal] = 1.0 / _PROXIMAL
+        slope = barrier / above - barrier / below
+        matrix = self._matrix(state, curvature)
+        diagonal = matrix.diagonal().copy()
+        tried = damping if damping >= _UNDAMPED else 0.0
+        while tried <= _MOST_DAMPING:
+            matrix.flat[:: n + 1] = diagonal + tried
+            factor, failed = dpotrf(matrix.T, lower=1, clean=0)
+            if not failed:
+                step = self._direction(state, factor, curvature, slope, barrier)
+                moved = self._along(state, step, barrier, slope, filtered)
+                if moved is not None:
+                    part, point = moved
+                    longest = part * float(np.abs(step.inside[:n]).max())
+                    return self._next(state, step, part, point, barrier), _calmer(
+                        tried, damping, longest
+                    )
+                tried = max(10.0 * tried, 1e-2)
+            else:
+                tried = max(_MORE * tried, _LESS * damping, _DAMPING)
+        return None
 
-class _Function(casadi.Callback):
-    """A function of CasADi that reads and writes its arrays in place."""
+    def _placed(self, values: FloatArray, z: FloatArray, barrier: float, part: slice) -> FloatArray:
+        """Return values inside their bounds, at those with a multiplier as near as it says."""
+        lower, upper = self._lower[part], self._upper[part]
+        margin = _PUSH * np.minimum(upper - lower, 1.0)
+        values = np.clip(values, lower + margin, upper - margin)
+        near = np.minimum(barrier / np.maximum(np.abs(z), 1e-30), margin)
+        at_lower = self._below[part] & (z < 0.0) & (values > lower + near)
+        at_upper = self._above[part] & (z > 0.0) & (values < upper - near)
+        return np.where(at_lower, lower + near, np.where(at_upper, upper - near, values))
 
-    def __init__(
+    def _gaps(self, inside: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the distances (n + m,) from the lower and the upper bounds."""
+        least = 1e-15
+        return np.maximum(inside - self._lower, least), np.maximum(self._upper - inside, least)
+
+    def _matrix(self, state: _State, curvature: FloatArray) -> FloatArray:
+        """Return the upper triangle of H + S_x + J' S_s J; what is below is of no meaning."""
+        n, J = self._n, state.now.jacobian
+        matrix = self._stacked.upper_hessian(state.point.x, state.y)
+        matrix.flat[:: n + 1] += curvature[:n]
+        for rows, columns in self._blocks:
+            block = J[rows][:, columns]
+            at = (columns, columns) if isinstance(columns, slice) else np.ix_(columns, columns)
+            matrix[at] += block.T @ (curvature[n:][rows, None] * block)
+        return matrix
+
+    def _direction(
         self,
-        name: str,
-        inputs: list[tuple[str, Any]],
-        outputs: list[tuple[str, Any]],
-        evaluate: Evaluate,
-        oracle: _Oracle,
-    ) -> None:
-        casadi.Callback.__init__(self)
-        self._inputs, self._outputs = inputs, outputs
-        self._evaluate, self._oracle = evaluate, oracle
-        self.construct(name, {})
+        state: _State,
+        factor: FloatArray,
+        curvature: FloatArray,
+        slope: FloatArray,
+        barrier: float,
+    ) -> _Step:
+        """Return the Newton step, Eqs. (11) and (12), with slacks and multipliers eliminated."""
+        n, J = self._n, state.now.jacobian
+        missing = state.point.bounded[n:] - state.inside[n:]
+        of_slacks = np.where(self._equal[n:], 0.0, slope[n:] - state.y)
+        of_variables = state.now.gradient + state.y @ J + slope[:n]
+        right = of_variables + (curvature[n:] * missing + of_slacks) @ J
+        dx = dpotrs(factor, -right, lower=1)[0]
+        by_rows = J @ dx + missing
+        dy = curvature[n:] * by_rows + of_slacks
+        move = np.concatenate([dx, np.where(self._equal[n:], 0.0, by_rows)])
+        below, above = self._gaps(state.inside)
+        low = barrier / below - state.low - state.low / below * move
+        high = barrier / above - state.high + state.high / above * move
+        primal = min(_most(below, move), _most(above, -move))
+        dual = min(_most(state.low, low), _most(state.high, high))
+        return _Step(move, dy, low, high, primal, dual)
 
-    def get_n_in(self) -> int:
-        return len(self._inputs)
+    def _along(
+        self,
+        state: _State,
+        step: _Step,
+        barrier: float,
+        slope: FloatArray,
+        filtered: list[tuple[float, float]],
+    ) -> tuple[float, Point] | None:
+        """Return the part of a step that the filter takes, and the point; Algorithm A, A-5."""
+        n = self._n
+        violation, height = self._measures(state.point, state.inside, barrier)
+        fall = float(state.now.gradient @ step.inside[:n] + slope @ step.inside)
+        rounding = _ROUNDING * abs(height)
+        part = step.primal
+        while part >= _SHORTEST * step.primal:
+            inside = state.inside + part * step.inside
+            point = self._stacked.point(inside[:n])
+            if np.isfinite(point.cost):
+                there = self._measures(point, inside, barrier)
+                if all(_better(there, entry) for entry in filtered):
+                    downhill = fall < 0.0 and part * (-fall) ** 2.3 > violation**1.1  # Eq. (19)
+                    if downhill and violation < _SWITCH * len(step.y):
+                        if there[1] <= height + _ENOUGH * part * fall + rounding:
+                            return part, point
+                    elif _better(there, (violation, height)):
+                        filtered.append((violation, height))
+                        return part, point
+            part /= 2.0
+        return None
 
-    def get_n_out(self) -> int:
-        return len(self._outputs)
+    def _measures(self, point: Point, inside: FloatArray, barrier: float) -> tuple[float, float]:
+        """Return the violation of rows = slacks and the barrier function, Eq. (3a)."""
+        below, above = self._gaps(inside)
+        logs = np.log(below[self._below]).sum() + np.log(above[self._above]).sum()
+        violation = np.abs(point.bounded - inside).sum()
+        return float(violation), float(point.cost - barrier * logs)
 
-    def get_name_in(self, i: int) -> str:
-        return self._inputs[i][0]
-
-    def get_name_out(self, i: int) -> str:
-        return self._outputs[i][0]
-
-    def get_sparsity_in(self, i: int) -> Any:
-        return self._inputs[i][1]
-
-    def get_sparsity_out(self, i: int) -> Any:
-        return self._outputs[i][1]
-
-    def has_eval_buffer(self) -> bool:
-        return True
-
-    def eval_buffer(self, given: Sequence[Any], wanted: Sequence[Any]) -> int:
-        """Evaluate; an error is kept for `minimise`, and from then on nothing is evaluated."""
-        if self._oracle.error:
-            return 1
-        try:
-            self._evaluate([_array(a) for a in given], [_array(a) for a in wanted])
-        except BaseException as error:  # noqa: BLE001, CasADi would swallow it
-            self._oracle.error = error
-            return 1
-        return 0
+    def _next(
+        self, state: _State, step: _Step, part: float, point: Point, barrier: float
+    ) -> _State:
+        """Return the state after part of a step, multipliers of bounds near barrier / distance."""
+        inside = state.inside + part * step.inside
+        below, above = self._gaps(inside)
+        low, high = state.low + step.dual * step.low, state.high + step.dual * step.high
+        low = np.clip(low, barrier / (_SPREAD * below), _SPREAD * barrier / below)
+        high = np.clip(high, barrier / (_SPREAD * above), _SPREAD * barrier / above)
+        now = self._stacked.derivatives(point.x)
+        return _State(point, now, inside, state.y + part * step.y, low, high)
 
 
-def _array(buffer: Any) -> FloatArray | None:
-    """Return a buffer of CasADi as an array; None where nothing is wanted."""
-    return None if buffer is None or not buffer.nbytes else np.frombuffer(buffer, dtype=float)
+def _calmer(damping: float, before: float, longest: float) -> float:
+    """Return the damping to begin with after a step whose longest move is given, in units."""
+    if not damping:
+        return _LESS * before
+    return damping * min(max(longest / _SHORT, 1.0 / _AT_ONCE), 1.0)
 
 
-def _put(wanted: FloatArray | None, function: Callable[[FloatArray], Any], x: FloatArray) -> None:
-    if wanted is not None:
-        wanted[:] = function(x)
+def _most(gaps: FloatArray, move: FloatArray) -> float:
+    """Return the part of a move that keeps gaps positive, Eq. (15)."""
+    closing = move < 0.0
+    return float(min(1.0, (-_TO_BOUND * gaps[closing] / move[closing]).min(initial=np.inf)))
 
 
-def _pattern(entries: tuple[IntArray, IntArray], shape: tuple[int, int]) -> tuple[Any, IntArray]:
-    """Return a pattern of CasADi, column by column, and the place of every entry in it."""
-    rows, columns = entries
-    places, place = np.unique(columns * shape[0] + rows, return_inverse=True)
-    columns, rows = np.divmod(places, shape[0])
-    return casadi.Sparsity.triplet(*shape, rows.tolist(), columns.tolist()), place
+def _better(there: tuple[float, float], entry: tuple[float, float]) -> bool:
+    """Return whether violation or barrier function is below an entry of the filter, Eq. (18)."""
+    least = _MARGIN * entry[0]
+    return there[0] <= entry[0] - least or there[1] <= entry[1] - least
+
+
+def _blocks(problem: NonlinearProgram) -> list[tuple[IntArray, slice | IntArray]]:
+    """Return groups of rows and the columns that they have in common, few and dense."""
+    of_row: dict[int, set[int]] = {}
+    for row, column in zip(*map(np.ndarray.tolist, problem.jacobian_entries), strict=True):
+        of_row.setdefault(row, set()).add(column)
+    groups: list[tuple[set[int], list[int]]] = []
+    for row, columns in sorted(of_row.items(), key=lambda item: -len(item[1])):
+        home = next((rows for wide, rows in groups if wide >= columns), None)
+        if home is None:
+            groups.append((columns, [row]))
+        else:
+            home.append(row)
+    return [(np.array(sorted(rows)), _as_slice(sorted(columns))) for columns, rows in groups]
+
+
+def _as_slice(columns: list[int]) -> slice | IntArray:
+    """Return neighbouring columns as a slice."""
+    adjacent = columns[-1] - columns[0] + 1 == len(columns)
+    return slice(columns[0], columns[-1] + 1) if adjacent else np.array(columns)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import coo_array
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -79,3 +80,65 @@ class End:
     solved: bool
     status: str
     iterations: int
+
+
+@dataclass(frozen=True)
+class Point:
+    """The variables, the cost, and all that is bounded: variables, then rows, (n + m,)."""
+
+    x: FloatArray
+    cost: float
+    bounded: FloatArray
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Gradient (n,) of the cost and dense Jacobian (m, n) of the rows."""
+
+    gradient: FloatArray
+    jacobian: FloatArray
+
+    def slope(self, y: FloatArray) -> FloatArray:
+        """Return the gradient (n,) of the Lagrangian with multipliers of all that is bounded."""
+        n = len(self.gradient)
+        return np.asarray(self.gradient + y[:n] + y[n:] @ self.jacobian, dtype=float)
+
+
+class Stacked:
+    """A nonlinear program with dense derivatives, its variables and rows bounded alike.
+
+    Attributes
+    ----------
+    n : int
+    lower, upper : (n + m,) array
+        Of the variables, then of the rows.
+    """
+
+    def __init__(self, problem: NonlinearProgram) -> None:
+        self._problem, self.n = problem, len(problem.lower)
+        self.lower = np.concatenate([problem.lower, problem.row_lower])
+        self.upper = np.concatenate([problem.upper, problem.row_upper])
+
+    def point(self, x: FloatArray) -> Point:
+        """Return cost and rows; an infinite cost where they cannot be computed."""
+        try:
+            cost, rows = self._problem.cost(x), self._problem.rows(x)
+        except np.linalg.LinAlgError:  # a pose at the end of its coordinates
+            return Point(x, np.inf, np.zeros_like(self.lower))
+        point = Point(x, cost, np.concatenate([x, rows]))
+        computed = np.isfinite(cost) and np.all(np.isfinite(point.bounded))
+        return point if computed else Point(x, np.inf, np.zeros_like(self.lower))
+
+    def derivatives(self, x: FloatArray) -> Derivatives:
+        """Return gradient and Jacobian."""
+        shape = len(self.lower) - self.n, self.n
+        entries = coo_array(
+            (self._problem.jacobian(x), self._problem.jacobian_entries), shape=shape
+        )
+        return Derivatives(self._problem.gradient(x), entries.toarray())
+
+    def upper_hessian(self, x: FloatArray, by_row: FloatArray) -> FloatArray:
+        """Return the upper triangle (n, n) of the Lagrangian's second derivatives."""
+        dense = np.zeros((self.n, self.n))
+        dense[self._problem.hessian_entries] = self._problem.hessian(x, 1.0, by_row)
+        return dense

@@ -53,7 +53,7 @@ OURS = (
     *(f"{solver}/{name}" for solver in SOLVERS for name in _RESULT),
 )
 """Everything that a prediction, or a command about it, writes: it goes with the old result."""
-PACKAGES = ("human-gait", "drake", "casadi", "pin", "numpy", "scipy")
+PACKAGES = ("human-gait", "drake", "daqp", "pin", "numpy", "scipy")
 _LINE_EVERY = 25
 
 

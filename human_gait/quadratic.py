@@ -28,10 +28,11 @@ CERTAIN = 1e-3
 """A bound of a variable with a larger multiplier is taken for active without asking."""
 
 _ROUNDS = 6
-_SETTLED = 1e-3  # what may be left of the gradient after the last round
+_SETTLED = 0.1  # part of the gradient that may be left after the last round
+_ROUGHEST, _FINEST = 1e-3, 1e-4  # and what may be left, at most and at least
 _BARRIER = 1e-5  # weight of an active bound: its multiplier squared over this
 _LEAST_CURVATURE = 1e-3
-_REACH = 2.0  # rows further away than their gradient times this and the radius are left out
+_REACH = 0.2  # rows further away than their gradient times this and the radius are left out
 _KEPT = 1e-7  # by how much a row that was left out may be broken
 _ON = 1e-9  # distance at which a bound counts as reached
 _MOST_CHANGES = 1000  # of the active set; some hundred are many
@@ -161,12 +162,14 @@ def _descended(
     the cost. It changes nothing at a solution, but makes the model convex there: H has to be
     positive along the active bounds only. (A radius that hides a bound takes its place.)
     """
-    n, A = len(part.g), part.A
+    n = len(part.g)
     d = np.zeros(n)
+    settled = np.clip(_SETTLED * np.abs(part.slope(d, y)).max(initial=0.0), _FINEST, _ROUGHEST)
     for _ in range(_ROUNDS):
         weight = y**2 / _BARRIER
-        bound = bounds_of(y, part.lower, part.upper)
-        K = _convex(part.H + np.diag(weight[:n]) + (A.T * weight[n:]) @ A)
+        bound, active = bounds_of(y, part.lower, part.upper), np.flatnonzero(weight[n:])
+        A = part.A[active]
+        K = _convex(part.H + np.diag(weight[:n]) + (A.T * weight[n:][active]) @ A)
         pull = weight * (part.activity(d) - bound)
         step = _convex_minimum(K, part.slope(d, pull) - K @ d, part, y)
         if step is None:
@@ -177,7 +180,7 @@ def _descended(
         inside = np.abs(d) < radius * (1.0 - _ON)
         y[:n] *= inside
         y[_off(y, activity, part)] = 0.0
-        if np.abs(part.slope(d, y) * inside).max(initial=0.0) < _SETTLED:
+        if np.abs(part.slope(d, y) * inside).max(initial=0.0) < settled:
             break
     return d, y
 

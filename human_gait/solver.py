@@ -1,9 +1,9 @@
 """Solve the program: by Newton steps, or with SNOPT or IPOPT through Drake.
 
-``newton`` has exact second derivatives (`lagrangian`): IPOPT from the guess as it is
-(`interior_point`), or few steps from a walk like the one to be found (`active_set`). The other two
-build up second derivatives from changes of the gradient on the way, and want a feasible posture
-path first.
+``newton`` has exact second derivatives (`lagrangian`): an interior-point method from the guess as
+it is (`interior_point`), or few steps from a walk like the one to be found (`active_set`). The
+other two build up second derivatives from changes of the gradient on the way, and want a feasible
+posture path first.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from threadpoolctl import threadpool_limits
 
 from human_gait.active_set import follow
 from human_gait.gait import Gait
-from human_gait.interior_point import minimise
+from human_gait.interior_point import Goal, minimise
 from human_gait.lagrangian import Lagrangian
 from human_gait.nonlinear_program import Duals, End, NonlinearProgram
 from human_gait.program import GaitProgram, Stage, Violation
@@ -40,20 +40,7 @@ FEASIBLE = 1e-4
 """Largest violation, in the unit of its constraint, of an iterate that counts as feasible."""
 
 _OPTIONS: dict[str, dict[str, Any]] = {
-    "newton": {
-        "tol": 1e-5,
-        "constr_viol_tol": 1e-6,
-        "dual_inf_tol": 1e-4,
-        "compl_inf_tol": 1e-5,
-        "honor_original_bounds": "yes",  # else joint limits are exceeded by 1e-8
-        "acceptable_iter": 0,
-        "max_iter": 300,
-        "nlp_scaling_method": "none",
-        "mu_strategy": "adaptive",
-        "max_soc": 0,
-        "perturb_inc_fact": 3.0,  # where the curvature is negative, which it often is
-        "perturb_dec_fact": 0.5,
-    },
+    "newton": {},  # those of `Goal`
     "snopt": {
         "Major feasibility tolerance": 1e-6,
         "Major optimality tolerance": 1e-4,
@@ -74,21 +61,11 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "mu_strategy": "adaptive",
     },
 }
-_FEW_VARIABLES = 400  # up to 9 control points: the matrices of `active_set` are dense
-_PUSHES = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
-_WARM: dict[str, Any] = {
-    "warm_start_init_point": "yes",
-    **{f"warm_start_{what}": 3e-2 for what in _PUSHES},
-    "mu_strategy": "monotone",
-    "mu_init": 3e-5,
-    "mu_linear_decrease_factor": 0.1,
-    "mu_superlinear_decrease_power": 1.1,
-    "barrier_tol_factor": 30.0,
-}
-"""Near a solution the barrier starts low; slacks and multipliers are pushed off zero a little."""
+_FEW_VARIABLES = 400
+"""Up to 9 control points `active_set` is quick: its quadratic programs are dense."""
 
 _POSTURE_OPTIONS: dict[str, dict[str, Any]] = {
-    "newton": {"tol": 1e-2, "max_iter": 50},
+    "newton": {"stationary": 1e-2, "complementary": 1e-2, "most_iterations": 50},
     "snopt": {"Major optimality tolerance": 1e-1, "Major iterations limit": 25},
     "ipopt": {"tol": 1e-2, "max_iter": 50},
 }
@@ -358,27 +335,27 @@ def _by_newton(
     changes: dict[str, Any],
     multipliers: Mapping[str, FloatArray] | None,
 ) -> _End:
-    problem, options = lagrangian.problem(), {**_OPTIONS["newton"], **changes}
+    problem, goal = lagrangian.problem(), Goal(**{**_OPTIONS["newton"], **changes})
     if not multipliers:
-        end, before = minimise(problem, start, options), 0
+        end, before = minimise(problem, start, goal), 0
     else:
         duals = lagrangian.from_names(lagrangian.program.duals(multipliers))
-        end, before = _warm(problem, start, duals, options)
+        end, before = _warm(problem, start, duals, goal)
     steps = before + end.iterations
     return _End(end.x, end.solved, end.status, steps, lagrangian.by_name(end.duals))
 
 
 def _warm(
-    problem: NonlinearProgram, start: FloatArray, duals: Duals, options: dict[str, Any]
+    problem: NonlinearProgram, start: FloatArray, duals: Duals, goal: Goal
 ) -> tuple[End, int]:
-    """Return where the active set leads, else where IPOPT ends, and steps that led nowhere."""
+    """Return where the active set leads, else a low barrier, and steps that led nowhere."""
     spent = 0
     if len(start) <= _FEW_VARIABLES:
         end = follow(problem, start, duals)
         if end.solved:
             return end, 0
         spent = end.iterations
-    return minimise(problem, start, options | _WARM, duals), spent
+    return minimise(problem, start, goal, duals), spent
 
 
 def _by_drake(

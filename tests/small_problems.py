@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.solvers import MathematicalProgram
 
 from human_gait import solver as room
-from human_gait.interior_point import minimise
+from human_gait.interior_point import Goal, minimise
 from human_gait.nonlinear_program import NonlinearProgram
 
 
@@ -90,7 +90,7 @@ def in_drake(problem):
 def run(problem, solver, start, changes):
     """Where a solver ends with our options and changes of them: x, solved, status."""
     if solver == "newton":
-        end = minimise(problem, start, {**room._OPTIONS["newton"], **changes})
+        end = minimise(problem, start, Goal(**{**room._OPTIONS["newton"], **changes}))
         return end.x, end.solved, end.status
     end = room._by_drake(in_drake(problem), solver, start, changes)
     return end.free, end.solved, end.status

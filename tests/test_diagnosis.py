@@ -259,7 +259,7 @@ def test_out_of_iterations_another_solver_is_suggested_or_to_go_on():
     assert "human-gait refine" in failed(scenario(**DEFAULTS), [], status=status)
     assert "--solver" not in failed(scenario(**DEFAULTS))
     for solver, other in (("newton", "snopt"), ("ipopt", "newton")):
-        for status in ("Maximum_Iterations_Exceeded", "Max iteration exceeded"):
+        for status in ("iteration limit reached", "Max iteration exceeded"):
             found = failed(scenario(**DEFAULTS), status=status, solver=solver)
             assert found["--solver"].startswith(f"--solver: {other}")
 

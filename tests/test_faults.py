@@ -508,7 +508,7 @@ def wait(*_, **__):
     time.sleep(60)
 {place}.{name} = wait
 for options in (solver._OPTIONS, solver._POSTURE_OPTIONS):
-    options["newton"]["max_iter"] = 1
+    options["newton"]["most_iterations"] = 1
 cli.main()
 """
 

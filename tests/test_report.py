@@ -59,7 +59,7 @@ def summary(gait, checks, success):
     trial = {
         "start": "own guess",
         "solver": "newton",
-        "solver_status": "Solve_Succeeded",
+        "solver_status": "optimal",
         "converged": True,
         "success": success,
         "failed_checks": [] if success else ["depth below the ground"],
@@ -625,7 +625,7 @@ def test_no_walk_is_told_with_what_to_try(tmp_path, checks):
     _, rows, _ = table(report_page([folder]), "start")
     assert rows == {
         "own guess": [
-            *("newton", "Solve_Succeeded", "no walk", 4000.5, 1.25),
+            *("newton", "optimal", "no walk", 4000.5, 1.25),
             "depth below the ground",
         ]
     }

@@ -14,15 +14,15 @@ from human_gait.program import LIMITS, build_program
 from human_gait.skeleton import BRANCHES, DOF_NAMES
 from human_gait.solver import FEASIBLE, SOLVERS, solve
 
-LIMIT = {"newton": "max_iter", "snopt": "Major iterations limit", "ipopt": "max_iter"}
-OPTIMALITY = {"newton": "tol", "snopt": "Major optimality tolerance", "ipopt": "tol"}
+LIMIT = {"newton": "most_iterations", "snopt": "Major iterations limit", "ipopt": "max_iter"}
+OPTIMALITY = {"newton": "stationary", "snopt": "Major optimality tolerance", "ipopt": "tol"}
 FEASIBILITY = {
-    "newton": "constr_viol_tol",
+    "newton": "feasible",
     "snopt": "Major feasibility tolerance",
     "ipopt": "constr_viol_tol",
 }
 LIMIT_REACHED = {
-    "newton": "Maximum_Iterations_Exceeded",
+    "newton": "iteration limit reached",
     "snopt": "32",
     "ipopt": "Max iteration exceeded",
 }
@@ -68,15 +68,9 @@ def test_our_options_are_accepted(solver):
 
 
 @pytest.mark.parametrize("solver", ["newton", "ipopt"])
-def test_ipopt_refuses_an_option_that_does_not_exist(solver):
-    with pytest.raises(RuntimeError, match="no_such_option"):
+def test_an_option_that_does_not_exist_is_refused(solver):
+    with pytest.raises((RuntimeError, TypeError), match="no_such_option"):
         run(valley(), solver, np.zeros(2), {"no_such_option": 3})
-
-
-def test_the_options_of_a_warm_start_are_accepted():
-    x, solved, _ = run(valley(), "newton", VALLEY_START, room._WARM)
-    assert solved
-    np.testing.assert_allclose(x, VALLEY_END, atol=1e-5)
 
 
 def test_our_options_of_snopt_are_in_its_manual():
@@ -136,16 +130,10 @@ def test_the_optimality_tolerance_takes_effect(solver):
             return valley().cost(x)
 
         changes = {OPTIMALITY[solver]: tolerance}
-        changes |= {"dual_inf_tol": tolerance} if solver == "newton" else {}
+        changes |= {"complementary": tolerance} if solver == "newton" else {}
         run(valley(cost=height), solver, VALLEY_START, changes)
         evaluations.append(len(points))
     assert evaluations[1] < evaluations[0]
-
-
-def test_newton_is_content_only_where_the_duals_balance_too():
-    """A loose `tol` alone does not end it: `dual_inf_tol` is of its own."""
-    loose = run(valley(), "newton", VALLEY_START, {"tol": 10.0})[0]
-    np.testing.assert_allclose(loose, VALLEY_END, atol=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -165,7 +153,7 @@ def test_other_limits_of_snopt_take_effect(name, value, status):
 
 def test_the_feasibility_tolerance_takes_effect(solver):
     name, optimality = FEASIBILITY[solver], {OPTIMALITY[solver]: 1e-10}
-    loose = {"tol": 0.1} if solver == "newton" else {}  # it bounds the violation too
+    loose = {"stationary": 0.1} if solver == "newton" else {}
     ends = [
         run(cube(), solver, numbers(5.0), {name: tolerance, **others})[0].item()
         for tolerance, others in ((1e-10, optimality), (0.1, loose))
@@ -174,7 +162,7 @@ def test_the_feasibility_tolerance_takes_effect(solver):
 
 
 def test_bounds_are_kept_to_the_last_digit(solver):
-    """Joint limits are never exceeded, not even by the 1e-8 that IPOPT relaxes bounds by."""
+    """Joint limits are never exceeded, not even by the 1e-8 that some relax bounds by."""
     end, _, _ = run(corner(), solver, numbers(0.3, 0.3), {})
     assert np.all((end >= 0.0) & (end <= 0.7))
     np.testing.assert_allclose(end, [0.7, 0.0], atol=1e-2)
@@ -226,7 +214,7 @@ def test_with_weights_a_posture_path_comes_first_whatever_solver(program, solver
 
 
 def test_newton_starts_at_the_guess_of_the_program_or_at_one_that_is_given(program, short):
-    """But for joints at a limit, which IPOPT moves off by a hundredth of their range."""
+    """But for joints at a limit, which are moved off by a hundredth of their range."""
     short(1)
     for guess in (None, near_walk(program)):
         told = []

@@ -40,7 +40,7 @@ SOLVERS = ("newton", "snopt")
 
 
 def solve(seconds, success=True, **rest):
-    effort = {"iterations": 50, "evaluations": 60, "cost": 4000.0, "status": "Solve_Succeeded"}
+    effort = {"iterations": 50, "evaluations": 60, "cost": 4000.0, "status": "optimal"}
     times = {"seconds": seconds, "build_s": 0.5, "solve_s": seconds - 0.5}
     size = {"variables": 275, "instants": 40}
     return {"success": success, **effort, **times, **size, **rest}

@@ -7,6 +7,7 @@ import pytest
 from solves import solved
 from walks import BACKPACK, near_walk, scenario
 
+from human_gait import interior_point
 from human_gait import solver as room
 from human_gait.active_set import LOST, OPTIMAL
 from human_gait.exceptions import ResultError
@@ -279,7 +280,7 @@ def test_where_the_active_set_is_lost_the_barrier_goes_on(monkeypatch, coarse, f
     found = warm(coarse, faster)
     assert len(starts) == 1
     assert found.converged
-    assert found.status == "Solve_Succeeded"
+    assert found.status == interior_point.OPTIMAL
     assert 7 < found.iterations < 7 + faster_walk.iterations
     assert found.cost == pytest.approx(faster_walk.cost, rel=1e-3)
 
@@ -289,7 +290,7 @@ def test_dense_matrices_are_for_few_variables(monkeypatch):
         raise AssertionError
 
     monkeypatch.setattr(room, "follow", refuse)
-    monkeypatch.setitem(room._OPTIONS["newton"], "max_iter", 1)
+    monkeypatch.setitem(room._OPTIONS["newton"], "most_iterations", 1)
     many = build_program(scenario(control_points=11))
     assert len(many.variables) > 400
     gait = many.gait(many.guess())
