@@ -46,16 +46,16 @@ STUCK = "no step leads on"
 _FIRST_BARRIER, _WARM_BARRIER = 0.1, 3e-5
 _LAST_BARRIER = 0.1  # of the products that are asked for
 _BARRIER_FALL, _BARRIER_POWER = 0.2, 1.5  # Eq. (7)
-_STAGE = 30.0  # a stage ends where the error is this many barrier parameters
+_STAGE = 10.0  # a stage ends where the error is this many barrier parameters
 _PUSH = 1e-2  # of a start into the bounds, part of their distance
 _TO_BOUND = 0.99  # part of the way to a bound that a step may take, Eq. (8)
-_PROXIMAL = 1e-7  # of the rows' equalities: their multipliers change by residual / this
+_PROXIMAL = 1e-7  # of equalities: multipliers of rows change by what is missing / this
 _SPREAD = 1e10  # of the multipliers of bounds about barrier / distance, Eq. (16)
 _SCALE = 100.0  # mean multiplier from where errors count relative to it, Eq. (6)
 
 _DAMPING = 1e-4  # the smallest
-_UNDAMPED = 1e-3  # below it a step without damping is tried first
-_MORE, _LESS, _AT_ONCE = 3.0, 1.0 / 3.0, 5.0
+_UNDAMPED = 3e-3  # below it a step without damping is tried first
+_MORE, _LESS, _AT_ONCE = 3.0, 1.0 / 3.0, 10.0
 _SHORT = 0.5  # largest change of a variable, in its unit, from where the damping does not fall
 _MOST_DAMPING = 1e8
 
@@ -181,8 +181,7 @@ class _Method:
         self._stacked = Stacked(problem)
         self._n = self._stacked.n
         lower, upper = self._stacked.lower, self._stacked.upper
-        self._equal = lower == upper
-        self._equal[: self._n] = False
+        self._equal = lower == upper  # no slack, and variables that are none
         self._lower = np.where(self._equal, -np.inf, lower)
         self._upper = np.where(self._equal, np.inf, upper)
         self._below, self._above = np.isfinite(self._lower), np.isfinite(self._upper)
@@ -199,7 +198,7 @@ class _Method:
         x = self._placed(x, z[:n], barrier, slice(n))
         point = stacked.point(x)
         slacks = self._placed(point.bounded[n:], z[n:], barrier, slice(n, None))
-        inside = np.concatenate([x, np.where(self._equal[n:], stacked.lower[n:], slacks)])
+        inside = np.concatenate([x, slacks])
         low, high = self._below.astype(float), self._above.astype(float)
         if duals is not None:
             below, above = self._gaps(inside)
@@ -208,7 +207,10 @@ class _Method:
 
     def end(self, state: _State, status: str, steps: int) -> End:
         """Return where the method ends."""
-        duals = Duals(state.y, (state.high - state.low)[: self._n])
+        n, now = self._n, state.now
+        slope = now.gradient + state.y @ now.jacobian
+        by_variable = np.where(self._equal[:n], -slope, (state.high - state.low)[:n])
+        duals = Duals(state.y, by_variable)
         return End(state.point.x, duals, status == OPTIMAL, status, steps)
 
     def error(self, state: _State, barrier: float) -> _Error:
@@ -251,9 +253,8 @@ class _Method:
                 if moved is not None:
                     part, point = moved
                     longest = part * float(np.abs(step.inside[:n]).max())
-                    return self._next(state, step, part, point, barrier), _calmer(
-                        tried, damping, longest
-                    )
+                    after = self._next(state, step, part, point, barrier)
+                    return after, _calmer(tried, damping, longest)
                 tried = max(10.0 * tried, 1e-2)
             else:
                 tried = max(_MORE * tried, _LESS * damping, _DAMPING)
@@ -267,7 +268,8 @@ class _Method:
         near = np.minimum(barrier / np.maximum(np.abs(z), 1e-30), margin)
         at_lower = self._below[part] & (z < 0.0) & (values > lower + near)
         at_upper = self._above[part] & (z > 0.0) & (values < upper - near)
-        return np.where(at_lower, lower + near, np.where(at_upper, upper - near, values))
+        values = np.where(at_lower, lower + near, np.where(at_upper, upper - near, values))
+        return np.where(self._equal[part], self._stacked.lower[part], values)
 
     def _gaps(self, inside: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the distances (n + m,) from the lower and the upper bounds."""
@@ -275,7 +277,7 @@ class _Method:
         return np.maximum(inside - self._lower, least), np.maximum(self._upper - inside, least)
 
     def _matrix(self, state: _State, curvature: FloatArray) -> FloatArray:
-        """Return the upper triangle of H + S_x + J' S_s J; what is below is of no meaning."""
+        """Return H + S_x + J' S_s J, its upper triangle, without variables that are none."""
         n, J = self._n, state.now.jacobian
         matrix = self._stacked.upper_hessian(state.point.x, state.y)
         matrix.flat[:: n + 1] += curvature[:n]
@@ -283,6 +285,9 @@ class _Method:
             block = J[rows][:, columns]
             at = (columns, columns) if isinstance(columns, slice) else np.ix_(columns, columns)
             matrix[at] += block.T @ (curvature[n:][rows, None] * block)
+        fixed = self._equal[:n]
+        matrix[fixed] = matrix[:, fixed] = 0.0
+        matrix[fixed, fixed] = 1.0
         return matrix
 
     def _direction(
@@ -299,6 +304,7 @@ class _Method:
         of_slacks = np.where(self._equal[n:], 0.0, slope[n:] - state.y)
         of_variables = state.now.gradient + state.y @ J + slope[:n]
         right = of_variables + (curvature[n:] * missing + of_slacks) @ J
+        right[self._equal[:n]] = 0.0
         dx = dpotrs(factor, -right, lower=1)[0]
         by_rows = J @ dx + missing
         dy = curvature[n:] * by_rows + of_slacks

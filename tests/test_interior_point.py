@@ -404,3 +404,13 @@ def test_a_step_solves_the_linearised_conditions(seed):
         bounded = np.isfinite(gap)
         linear = (z + dz)[bounded] * gap[bounded] + sign * (z * step.inside)[bounded]
         np.testing.assert_allclose(linear, 0.1, atol=1e-8)
+
+
+def test_a_variable_without_room_keeps_its_value_and_stops_no_other():
+    """As joints that are held straight do."""
+    held = replace(corner(), lower=numbers(0.0, 0.2), upper=numbers(0.7, 0.2))
+    end = minimise(held, numbers(0.3, 0.3), TIGHT)
+    assert end.solved
+    assert end.x[1] == 0.2
+    assert end.x[0] == pytest.approx(0.7, abs=1e-6)
+    np.testing.assert_allclose(left(held, end), 0.0, atol=1e-7)
