@@ -1,8 +1,8 @@
 """Reads an export with OpenSim, computes with it and leaves everything in an archive.
 
 It runs as a program of its own, ``opensim_reader.py FOLDER ARCHIVE``: OpenSim's libraries and those
-of casadi, which a benchmark uses, cannot be in one process. FOLDER holds the export and ``state.npz`` with names, t, v and a
-(K, n) of the rows of ``coordinates.mot``.
+of casadi, which a benchmark uses, cannot be in one process. FOLDER holds the export and
+``state.npz`` with names, t, v and a (K, n) of the rows of ``coordinates.mot``.
 """
 
 import sys
