@@ -32,7 +32,7 @@ _SETTLED = 0.1  # part of the gradient that may be left after the last round
 _ROUGHEST, _FINEST = 1e-3, 1e-4  # and what may be left, at most and at least
 _BARRIER = 1e-5  # weight of an active bound: its multiplier squared over this
 _LEAST_CURVATURE = 1e-3
-_REACH = 0.2  # rows further away than their gradient times this and the radius are left out
+_REACH = 0.1  # rows further away than their gradient times this and the radius are left out
 _KEPT = 1e-7  # by how much a row that was left out may be broken
 _ON = 1e-9  # distance at which a bound counts as reached
 _MOST_CHANGES = 1000  # of the active set; some hundred are many
@@ -198,10 +198,9 @@ def _convex(K: FloatArray) -> FloatArray:
     """
     if lapack.dpotrf(K, lower=True)[1] == 0:
         return K
-    curvature, directions = eigh(K, check_finite=False, driver="evd")
-    low = curvature < _LEAST_CURVATURE
-    turned = np.maximum(np.abs(curvature[low]), _LEAST_CURVATURE) - curvature[low]
-    along = directions[:, low]
+    below = -np.inf, _LEAST_CURVATURE
+    low, along = eigh(K, check_finite=False, driver="evr", subset_by_value=below)
+    turned = np.maximum(np.abs(low), _LEAST_CURVATURE) - low
     return np.asarray(K + (along * turned) @ along.T, dtype=float)
 
 
