@@ -2,21 +2,23 @@
 
 Rows c(x) get slacks s, and logarithmic barriers keep x and s inside their bounds; the barriers fall
 in a few stages. Each step is one of Newton's method on the optimality conditions, shortened until a
-filter takes it. Slacks and multipliers are eliminated, which leaves
+filter takes it. Variables and rows have to be in units that make them of the order of 1. Slacks and
+multipliers are eliminated, which leaves
 
     (H + S_x + J' S_s J + damping I) dx = right-hand side
 
 with the second derivatives H of the Lagrangian, the Jacobian J of the rows and the barriers'
 curvature S. The matrix has as many rows as there are variables, some hundred, and is dense in
 blocks. Where Cholesky's method finds it not positive definite, the step would not lead downhill,
-and the damping grows. It falls again as long as steps stay short: where the cost has a curved
-valley, long ones leave it.
+and the damping grows; so it does where the filter takes no part of a step. It falls again as long
+as steps stay short: where the cost has a curved valley, long ones leave it.
 
 References
 ----------
 A. Waechter and L. T. Biegler, "On the implementation of an interior-point filter line-search
 algorithm for large-scale nonlinear programming", Mathematical Programming 106 (2006): the barrier's
-stages, the filter and their constants. Equation numbers are those of this paper.
+stages and the filter, without second-order corrections and without a phase that restores
+feasibility. Equation numbers are those of this paper.
 J. Nocedal and S. J. Wright, "Numerical Optimization", 2nd ed., 2006: chapter 19.
 """
 
@@ -42,6 +44,8 @@ from human_gait.nonlinear_program import (
 OPTIMAL = "optimal"
 LIMIT_REACHED = "iteration limit reached"
 STUCK = "no step leads on"
+NO_START = "the start cannot be evaluated"
+NO_ROOM = "a lower bound is above its upper bound"
 
 _FIRST_BARRIER, _WARM_BARRIER = 0.1, 3e-5
 _LAST_BARRIER = 0.1  # of the products that are asked for
@@ -55,15 +59,19 @@ _SCALE = 100.0  # mean multiplier from where errors count relative to it, Eq. (6
 
 _DAMPING = 1e-4  # the smallest
 _UNDAMPED = 3e-3  # below it a step without damping is tried first
-_MORE, _LESS, _AT_ONCE = 3.0, 1.0 / 3.0, 10.0
+_MORE = 3.0  # damping of the next try
+_REFUSED, _LEAST_REFUSED = 10.0, 1e-2  # the same after a step that the filter refused
+_LESS, _AT_ONCE = 1.0 / 3.0, 10.0  # fall after a step without damping, and most after one with it
 _SHORT = 0.5  # largest change of a variable, in its unit, from where the damping does not fall
 _MOST_DAMPING = 1e8
 
-_SHORTEST = 1e-3  # part of a step
+_SHORTEST = 1e-3  # part of the longest step that the bounds allow
+_FALL_POWER, _VIOLATION_POWER = 2.3, 1.1  # Eq. (19)
 _ENOUGH = 1e-8  # part of the predicted fall, Eq. (20)
 _MARGIN = 1e-5  # of the filter, Eq. (18)
 _SWITCH = 1e-4  # violation per row below which the barrier function has to fall
 _ROUNDING = 1e-12  # of the barrier function
+_LEAST_GAP = 1e-15
 
 
 @dataclass(frozen=True)
@@ -74,7 +82,8 @@ class Goal:
     ----------
     stationary, feasible, complementary : float
         Largest entry of the Lagrangian's gradient, violation, and product of a multiplier and the
-        distance from its bound.
+        distance from its bound; the first and the last as parts of the mean multiplier over 100,
+        where that is above 1.
     most_iterations : int
     """
 
@@ -127,7 +136,8 @@ def minimise(
     -------
     End
         Solved if the goal is met. That the point is no saddle is not checked, but every step was
-        one towards a minimum of its quadratic model.
+        one towards a minimum of its quadratic model. Not solved, with the start itself, if that
+        cannot be evaluated or bounds leave no room.
 
     Raises
     ------
@@ -137,20 +147,22 @@ def minimise(
     """
     method = _Method(problem)
     goal = goal or Goal()
-    barrier = _WARM_BARRIER if duals else _FIRST_BARRIER
+    barrier = _FIRST_BARRIER if duals is None else _WARM_BARRIER
     last = _LAST_BARRIER * goal.complementary
     state = method.start(start, duals, barrier)
-    damping, filtered = 0.0, list[tuple[float, float]]()
+    if isinstance(state, str):
+        none = Duals(np.zeros(len(problem.row_lower)), np.zeros(len(start)))
+        return End(start, none, False, state, 0)
+    damping, seen = 0.0, _Filter()
     for step in range(goal.most_iterations + 1):
-        error = method.error(state, 0.0)
-        if error.meets(goal):
+        if method.error(state, 0.0).meets(goal):
             return method.end(state, OPTIMAL, step)
         if step == goal.most_iterations:
             break
         while barrier > last and method.error(state, barrier).largest <= _STAGE * barrier:
             fall = min(_BARRIER_FALL * barrier, barrier**_BARRIER_POWER)
-            barrier, filtered = max(fall, last), []
-        found = method.step(state, barrier, damping, filtered)
+            barrier, seen = max(fall, last), _Filter()
+        found = method.step(state, barrier, damping, seen)
         if found is None:
             return method.end(state, STUCK, step)
         state, damping = found
@@ -181,22 +193,27 @@ class _Method:
         self._stacked = Stacked(problem)
         self._n = self._stacked.n
         lower, upper = self._stacked.lower, self._stacked.upper
-        self._equal = lower == upper  # no slack, and variables that are none
+        self._equal = lower == upper  # fixed variables, rows without slack: no barrier keeps them
         self._lower = np.where(self._equal, -np.inf, lower)
         self._upper = np.where(self._equal, np.inf, upper)
         self._below, self._above = np.isfinite(self._lower), np.isfinite(self._upper)
         self._blocks = _blocks(problem)
 
-    def start(self, x: FloatArray, duals: Duals | None, barrier: float) -> _State:
-        """Return a state inside the bounds; with duals one where products are the barrier's.
+    def start(self, x: FloatArray, duals: Duals | None, barrier: float) -> _State | str:
+        """Return a state inside the bounds, or why there is none.
 
-        A bound with a multiplier z is then barrier / z away, wherever the row's own value is: to
-        get rows and slacks together takes one Newton step, to balance products takes many.
+        With duals it is one where products are the barrier's: a bound with a multiplier z is then
+        barrier / z away, wherever the row's own value is. To get rows and slacks together takes one
+        Newton step, to balance products takes many.
         """
         n, stacked = self._n, self._stacked
+        if not np.all(stacked.lower <= stacked.upper):
+            return NO_ROOM
         z = np.zeros(len(self._lower)) if duals is None else np.r_[duals.variables, duals.rows]
         x = self._placed(x, z[:n], barrier, slice(n))
         point = stacked.point(x)
+        if not np.isfinite(point.cost):
+            return NO_START
         slacks = self._placed(point.bounded[n:], z[n:], barrier, slice(n, None))
         inside = np.concatenate([x, slacks])
         low, high = self._below.astype(float), self._above.astype(float)
@@ -224,8 +241,9 @@ class _Method:
                 state.high[self._above] * above[self._above],
             ]
         )
-        sizes = np.concatenate([np.abs(state.y), state.low, state.high])
-        scale = max(_SCALE, sizes.mean()) / _SCALE
+        prices_of_bounds = state.low[self._below], state.high[self._above]
+        sizes = np.concatenate([np.abs(state.y), *prices_of_bounds])
+        scale = max(_SCALE, float(sizes.sum()) / max(len(sizes), 1)) / _SCALE
         missing = state.point.bounded - state.inside
         return _Error(
             float(np.abs(left).max()) / scale,
@@ -234,30 +252,31 @@ class _Method:
         )
 
     def step(
-        self, state: _State, barrier: float, damping: float, filtered: list[tuple[float, float]]
+        self, state: _State, barrier: float, damping: float, seen: _Filter
     ) -> tuple[_State, float] | None:
         """Return the next state and the damping to begin with there; None if none is found."""
         n, (below, above) = self._n, self._gaps(state.inside)
         curvature = state.low / below + state.high / above
         curvature[self._equal] = 1.0 / _PROXIMAL
-        slope = barrier / above - barrier / below
         matrix = self._matrix(state, curvature)
         diagonal = matrix.diagonal().copy()
         tried = damping if damping >= _UNDAMPED else 0.0
         while tried <= _MOST_DAMPING:
             matrix.flat[:: n + 1] = diagonal + tried
             factor, failed = dpotrf(matrix.T, lower=1, clean=0)
-            if not failed:
-                step = self._direction(state, factor, curvature, slope, barrier)
-                moved = self._along(state, step, barrier, slope, filtered)
-                if moved is not None:
-                    part, point = moved
-                    longest = part * float(np.abs(step.inside[:n]).max())
-                    after = self._next(state, step, part, point, barrier)
-                    return after, _calmer(tried, damping, longest)
-                tried = max(10.0 * tried, 1e-2)
-            else:
+            if failed:
                 tried = max(_MORE * tried, _LESS * damping, _DAMPING)
+                continue
+            step = self._direction(state, factor, curvature, barrier)
+            if not np.all(np.isfinite(step.inside)):
+                return None
+            moved = self._along(state, step, barrier, seen)
+            if moved is not None:
+                part, point = moved
+                longest = part * float(np.abs(step.inside[:n]).max())
+                after = self._next(state, step, part, point, barrier)
+                return after, _calmer(tried, damping, longest)
+            tried = max(_REFUSED * tried, _LEAST_REFUSED)
         return None
 
     def _placed(self, values: FloatArray, z: FloatArray, barrier: float, part: slice) -> FloatArray:
@@ -265,7 +284,7 @@ class _Method:
         lower, upper = self._lower[part], self._upper[part]
         margin = _PUSH * np.minimum(upper - lower, 1.0)
         values = np.clip(values, lower + margin, upper - margin)
-        near = np.minimum(barrier / np.maximum(np.abs(z), 1e-30), margin)
+        near = barrier / np.maximum(np.abs(z), np.finfo(float).tiny)
         at_lower = self._below[part] & (z < 0.0) & (values > lower + near)
         at_upper = self._above[part] & (z > 0.0) & (values < upper - near)
         values = np.where(at_lower, lower + near, np.where(at_upper, upper - near, values))
@@ -273,11 +292,11 @@ class _Method:
 
     def _gaps(self, inside: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the distances (n + m,) from the lower and the upper bounds."""
-        least = 1e-15
-        return np.maximum(inside - self._lower, least), np.maximum(self._upper - inside, least)
+        below, above = inside - self._lower, self._upper - inside
+        return np.maximum(below, _LEAST_GAP), np.maximum(above, _LEAST_GAP)
 
     def _matrix(self, state: _State, curvature: FloatArray) -> FloatArray:
-        """Return H + S_x + J' S_s J, its upper triangle, without variables that are none."""
+        """Return H + S_x + J' S_s J, its upper triangle, fixed variables apart."""
         n, J = self._n, state.now.jacobian
         matrix = self._stacked.upper_hessian(state.point.x, state.y)
         matrix.flat[:: n + 1] += curvature[:n]
@@ -291,15 +310,10 @@ class _Method:
         return matrix
 
     def _direction(
-        self,
-        state: _State,
-        factor: FloatArray,
-        curvature: FloatArray,
-        slope: FloatArray,
-        barrier: float,
+        self, state: _State, factor: FloatArray, curvature: FloatArray, barrier: float
     ) -> _Step:
         """Return the Newton step, Eqs. (11) and (12), with slacks and multipliers eliminated."""
-        n, J = self._n, state.now.jacobian
+        n, J, slope = self._n, state.now.jacobian, self._barrier_slope(state, barrier)
         missing = state.point.bounded[n:] - state.inside[n:]
         of_slacks = np.where(self._equal[n:], 0.0, slope[n:] - state.y)
         of_variables = state.now.gradient + state.y @ J + slope[:n]
@@ -317,37 +331,38 @@ class _Method:
         return _Step(move, dy, low, high, primal, dual)
 
     def _along(
-        self,
-        state: _State,
-        step: _Step,
-        barrier: float,
-        slope: FloatArray,
-        filtered: list[tuple[float, float]],
+        self, state: _State, step: _Step, barrier: float, seen: _Filter
     ) -> tuple[float, Point] | None:
         """Return the part of a step that the filter takes, and the point; Algorithm A, A-5."""
-        n = self._n
-        violation, height = self._measures(state.point, state.inside, barrier)
+        n, slope = self._n, self._barrier_slope(state, barrier)
+        violation, height = here = self._measures(state.point, state.inside, barrier)
         fall = float(state.now.gradient @ step.inside[:n] + slope @ step.inside)
         rounding = _ROUNDING * abs(height)
+        kept = violation < _SWITCH * max(len(step.y), 1)
         part = step.primal
         while part >= _SHORTEST * step.primal:
             inside = state.inside + part * step.inside
             point = self._stacked.point(inside[:n])
-            if np.isfinite(point.cost):
-                there = self._measures(point, inside, barrier)
-                if all(_better(there, entry) for entry in filtered):
-                    downhill = fall < 0.0 and part * (-fall) ** 2.3 > violation**1.1  # Eq. (19)
-                    if downhill and violation < _SWITCH * len(step.y):
-                        if there[1] <= height + _ENOUGH * part * fall + rounding:
-                            return part, point
-                    elif _better(there, (violation, height)):
-                        filtered.append((violation, height))
+            there = self._measures(point, inside, barrier)
+            if seen.takes(there):
+                if kept and _downhill(part, fall, violation):
+                    if there[1] <= height + _ENOUGH * part * fall + rounding:
                         return part, point
+                elif _better(there, here):
+                    seen.add(here)
+                    return part, point
             part /= 2.0
         return None
 
+    def _barrier_slope(self, state: _State, barrier: float) -> FloatArray:
+        """Return the gradient (n + m,) of the barriers."""
+        below, above = self._gaps(state.inside)
+        return np.asarray(barrier / above - barrier / below, dtype=float)
+
     def _measures(self, point: Point, inside: FloatArray, barrier: float) -> tuple[float, float]:
         """Return the violation of rows = slacks and the barrier function, Eq. (3a)."""
+        if not np.isfinite(point.cost):
+            return np.inf, np.inf
         below, above = self._gaps(inside)
         logs = np.log(below[self._below]).sum() + np.log(above[self._above]).sum()
         violation = np.abs(point.bounded - inside).sum()
@@ -379,10 +394,33 @@ def _most(gaps: FloatArray, move: FloatArray) -> float:
     return float(min(1.0, (-_TO_BOUND * gaps[closing] / move[closing]).min(initial=np.inf)))
 
 
+def _downhill(part: float, fall: float, violation: float) -> bool:
+    """Return whether the barrier function falls by more than there is violation left, Eq. (19)."""
+    if fall >= 0.0 or not violation:
+        return fall < 0.0
+    power = np.log(part) + _FALL_POWER * np.log(-fall)
+    return bool(power > _VIOLATION_POWER * np.log(violation))
+
+
 def _better(there: tuple[float, float], entry: tuple[float, float]) -> bool:
-    """Return whether violation or barrier function is below an entry of the filter, Eq. (18)."""
+    """Return whether violation or barrier function is below that of another point, Eq. (18)."""
     least = _MARGIN * entry[0]
-    return there[0] <= entry[0] - least or there[1] <= entry[1] - least
+    return there[0] < np.inf and (there[0] <= entry[0] - least or there[1] <= entry[1] - least)
+
+
+class _Filter:
+    """Violation and barrier function of points that no later one may be worse than in both."""
+
+    def __init__(self) -> None:
+        self._points: list[tuple[float, float]] = []
+
+    def add(self, point: tuple[float, float]) -> None:
+        """Keep the violation and the barrier function of a point."""
+        self._points.append(point)
+
+    def takes(self, there: tuple[float, float]) -> bool:
+        """Return whether a point is better in one of them than each that was kept."""
+        return there[0] < np.inf and all(_better(there, point) for point in self._points)
 
 
 def _blocks(problem: NonlinearProgram) -> list[tuple[IntArray, slice | IntArray]]:

@@ -380,10 +380,9 @@ def test_a_step_solves_the_linearised_conditions(seed):
     below, above = method._gaps(state.inside)
     curvature = state.low / below + state.high / above
     curvature[method._equal] = 1.0 / room._PROXIMAL
-    slope = 0.1 / above - 0.1 / below
     matrix = method._matrix(state, curvature)
     factor = np.linalg.cholesky(np.triu(matrix) + np.triu(matrix, 1).T)
-    step = method._direction(state, factor, curvature, slope, 0.1)
+    step = method._direction(state, factor, curvature, 0.1)
     dx, ds, J = step.inside[:10], step.inside[10:], state.now.jacobian
     H = np.zeros((10, 10))
     H[problem.hessian_entries] = problem.hessian(state.point.x, 1.0, state.y)
@@ -414,3 +413,217 @@ def test_a_variable_without_room_keeps_its_value_and_stops_no_other():
     assert end.x[1] == 0.2
     assert end.x[0] == pytest.approx(0.7, abs=1e-6)
     np.testing.assert_allclose(left(held, end), 0.0, atol=1e-7)
+
+
+def bowl(rows=True, factor=1.0):
+    """sqrt(1 + x^2): Newton's steps from beyond 1 go further and further astray."""
+    m = int(rows)
+    return NonlinearProgram(
+        *(numbers(-np.inf), numbers(np.inf)),
+        np.full(m, -1e6),
+        np.full(m, 1e6),
+        lambda x: factor * np.sqrt(1.0 + x[0] ** 2),
+        lambda x: factor * x / np.sqrt(1.0 + x**2),
+        lambda x: x[:m],
+        (np.zeros(m, dtype=int), np.zeros(m, dtype=int)),
+        lambda _: np.ones(m),
+        (np.array([0]), np.array([0])),
+        lambda x, weight, _: weight * factor * (1.0 + x**2) ** -1.5,
+    )
+
+
+@pytest.mark.parametrize("rows", [True, False])
+def test_a_step_that_climbs_is_shortened(rows):
+    end = minimise(bowl(rows), numbers(2.0), TIGHT)
+    assert end.solved
+    assert end.x[0] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("start", [500.0, 2.0])
+def test_large_numbers_are_no_error(start):
+    """exp(x) - x: the fall that is predicted is beyond what can be raised to a power."""
+    problem = replace(
+        bowl(),
+        cost=lambda x: np.exp(x[0]) - x[0],
+        gradient=lambda x: np.exp(x) - 1.0,
+        hessian=lambda x, weight, _: weight * np.exp(x),
+    )
+    end = minimise(problem, numbers(start), replace(TIGHT, most_iterations=1000))
+    assert end.solved
+    assert end.x[0] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("result", [None, np.nan, np.inf])
+def test_a_start_that_cannot_be_evaluated_is_given_back(result):
+    def cost(_):
+        if result is None:
+            raise np.linalg.LinAlgError
+        return result
+
+    end = minimise(valley(cost=cost), VALLEY_START)
+    assert not end.solved
+    assert end.status == room.NO_START
+    np.testing.assert_array_equal(end.x, VALLEY_START)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"row_lower": numbers(2.0)}, {"lower": numbers(1.0, 0.0), "upper": numbers(0.0, 1.0)}],
+)
+def test_bounds_that_leave_no_room_are_no_solution(changes):
+    end = minimise(valley(**changes), VALLEY_START)
+    assert not end.solved
+    assert end.status == room.NO_ROOM
+
+
+def test_derivatives_that_are_no_numbers_end_it():
+    broken = valley(hessian=lambda *_: np.full(3, np.nan))
+    end = minimise(broken, VALLEY_START)
+    assert not end.solved
+    assert end.status == STUCK
+    assert np.all(np.isfinite(end.x))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_warm_start_is_near_the_solution_and_balanced(seed):
+    """Products are the barrier's, active bounds keep their multipliers, all else its place."""
+    problem = random_quadratic(seed, np.linspace(0.1, 5.0, 10))
+    end, barrier = minimise(problem, np.zeros(10)), 3e-5
+    method = room._Method(problem)
+    state = method.start(end.x, end.duals, barrier)
+    below, above = method._gaps(state.inside)
+    for z, gap in ((state.low, below), (state.high, above)):
+        bounded = np.isfinite(gap)
+        np.testing.assert_allclose(z[bounded] * gap[bounded], barrier)
+    z = np.concatenate([end.duals.variables, end.duals.rows])
+    active = (np.abs(z) > 1e-2) & ~method._equal
+    assert np.any(active)
+    np.testing.assert_allclose((state.high - state.low)[active], z[active], rtol=1e-2, atol=1e-3)
+    place = np.concatenate([end.x, problem.rows(end.x)])
+    np.testing.assert_allclose(state.inside, place, atol=0.011)  # 1 % of a width from the bounds
+    assert minimise(problem, end.x, duals=end.duals).iterations <= 5
+
+
+def state_of(problem, **changes):
+    method = room._Method(problem)
+    return method, method.start(numbers(0.3, 0.3), None, 0.1)._replace(**changes)
+
+
+def test_multipliers_and_slacks_go_their_own_part_of_the_way():
+    method, state = state_of(corner())
+    full = [np.full(size, 0.01) for size in (3, 1, 3, 3)]
+    step = room._Step(*full, primal=0.5, dual=0.25)
+    point = method._stacked.point(state.inside[:2] + 0.005)
+    after = method._next(state, step, 0.5, point, 0.1)
+    np.testing.assert_allclose(after.inside - state.inside, 0.005)
+    np.testing.assert_allclose(after.y - state.y, 0.005)
+    np.testing.assert_allclose(after.low - state.low, 0.0025)
+    np.testing.assert_allclose(after.high - state.high, 0.0025)
+
+
+def test_multipliers_stay_within_a_factor_of_what_the_barrier_asks_for():
+    method, state = state_of(corner(), low=np.full(3, 1e-30), high=np.full(3, 1e30))
+    still = room._Step(*(np.zeros(size) for size in (3, 1, 3, 3)), primal=1.0, dual=1.0)
+    after = method._next(state, still, 1.0, state.point, 0.1)
+    below, above = method._gaps(state.inside)
+    np.testing.assert_allclose(after.low, 0.1 / below / room._SPREAD)
+    np.testing.assert_allclose(after.high, 0.1 / above * room._SPREAD)
+
+
+def test_a_step_keeps_everything_positive():
+    """However far the whole of it would lead; 1 % of a distance is left at least."""
+    problem = random_quadratic(2, np.linspace(0.5, 5.0, 10))
+    method = room._Method(problem)
+    state = method.start(np.full(10, 0.2), None, 1e-6)
+    below, above = method._gaps(state.inside)
+    curvature = state.low / below + state.high / above
+    curvature[method._equal] = 1.0 / room._PROXIMAL
+    matrix = method._matrix(state, curvature)
+    factor = np.linalg.cholesky(np.triu(matrix) + np.triu(matrix, 1).T)
+    step = method._direction(state, factor, curvature, 1e-6)
+    assert min(step.primal, step.dual) < 1.0
+    open_sides = np.isfinite(below), np.isfinite(above)
+    inside = state.inside + step.primal * step.inside
+    low, high = state.low + step.dual * step.low, state.high + step.dual * step.high
+    assert np.all((inside - method._lower >= 0.0099 * below)[open_sides[0]])
+    assert np.all((method._upper - inside >= 0.0099 * above)[open_sides[1]])
+    assert np.all((low >= 0.0099 * state.low)[open_sides[0]])
+    assert np.all((high >= 0.0099 * state.high)[open_sides[1]])
+
+
+def test_the_predicted_fall_is_the_slope_of_the_barrier_function():
+    problem = random_quadratic(2, np.linspace(0.5, 5.0, 10))
+    method = room._Method(problem)
+    state = method.start(np.full(10, 0.2), None, 0.1)
+    rng, eps = np.random.default_rng(0), 1e-6
+    d = np.where(method._equal, 0.0, rng.normal(size=18))
+    heights = [
+        method._measures(method._stacked.point(w[:10]), w, 0.1)[1]
+        for w in (state.inside - eps * d, state.inside + eps * d)
+    ]
+    slope = state.now.gradient @ d[:10] + method._barrier_slope(state, 0.1) @ d
+    assert (heights[1] - heights[0]) / (2.0 * eps) == pytest.approx(slope, rel=1e-6)
+
+
+def test_the_filter_refuses_what_is_no_better_than_a_point_before():
+    """Either the violation or the barrier function has to be lower by a margin."""
+    seen = room._Filter()
+    assert seen.takes((3.0, 5.0))
+    seen.add((1.0, 2.0))
+    assert not seen.takes((1.0, 2.0))
+    assert not seen.takes((3.0, 5.0))
+    assert not seen.takes((1.0 - 1e-6, 2.0 - 1e-6))
+    assert seen.takes((0.9, 9.0))
+    assert seen.takes((9.0, 1.9))
+    assert not seen.takes((np.inf, -np.inf))
+
+
+def test_a_step_is_shortened_until_the_filter_takes_it():
+    """And a point that was left for less violation is in the filter from then on."""
+    method, state = state_of(replace(corner(), row_lower=numbers(1.1)))
+    violation, height = method._measures(state.point, state.inside, 1e-9)
+    assert violation > 0.4
+    d = np.array([0.3, 0.3, 0.0])
+    step = room._Step(d, np.zeros(1), np.zeros(3), np.zeros(3), primal=1.0, dual=1.0)
+    whole = method._measures(
+        method._stacked.point(state.inside[:2] + d[:2]), state.inside + d, 1e-9
+    )
+    assert whole[0] < violation
+    seen = room._Filter()
+    assert method._along(state, step, 1e-9, seen)[0] == 1.0
+    assert not seen.takes((violation, height))
+    seen = room._Filter()
+    seen.add((whole[0], whole[1] - 1.0))  # better than what the whole step leads to
+    moved = method._along(state, step, 1e-9, seen)
+    assert moved is None or moved[0] < 1.0
+
+
+def test_the_filter_forgets_when_the_barrier_falls(monkeypatch):
+    made = []
+
+    class Counted(room._Filter):
+        def __init__(self):
+            super().__init__()
+            made.append(self)
+
+    monkeypatch.setattr(room, "_Filter", Counted)
+    minimise(corner(), numbers(0.3, 0.3), TIGHT)
+    assert len(made) >= 5
+
+
+def test_errors_count_relative_to_multipliers_above_a_hundred():
+    method, state = state_of(corner())
+    one = method.error(state._replace(y=numbers(50.0)), 0.0).stationary
+    two = method.error(state._replace(y=numbers(100.0)), 0.0).stationary
+    assert two == pytest.approx(2.0 * one, rel=0.1)
+    many = method.error(state._replace(y=numbers(7e5)), 0.0)
+    sizes = 7e5 / 7 / 100.0  # mean of seven multipliers, six of them 1
+    assert many.stationary == pytest.approx(7e5 / sizes, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("damping", "before", "longest", "expected"),
+    [(0.0, 0.3, 2.0, 0.1), (0.3, 0.0, 2.0, 0.3), (0.3, 0.0, 0.25, 0.15), (0.3, 0.0, 1e-3, 0.03)],
+)
+def test_damping_falls_after_short_steps(damping, before, longest, expected):
+    assert room._calmer(damping, before, longest) == pytest.approx(expected)
