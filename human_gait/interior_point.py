@@ -17,8 +17,9 @@ References
 ----------
 A. Waechter and L. T. Biegler, "On the implementation of an interior-point filter line-search
 algorithm for large-scale nonlinear programming", Mathematical Programming 106 (2006): the barrier's
-stages and the filter, without second-order corrections and without a phase that restores
-feasibility. Equation numbers are those of this paper.
+stages and the filter, without second-order corrections. Instead of their phase that restores
+feasibility slacks and multipliers begin anew where no step leads on. Equation numbers are those of
+this paper.
 J. Nocedal and S. J. Wright, "Numerical Optimization", 2nd ed., 2006: chapter 19.
 """
 
@@ -72,6 +73,7 @@ _MARGIN = 1e-5  # of the filter, Eq. (18)
 _SWITCH = 1e-4  # violation per row below which the barrier function has to fall
 _ROUNDING = 1e-12  # of the barrier function
 _LEAST_GAP = 1e-15
+_ANEW = 3  # starts with new slacks and multipliers where no step leads on
 
 
 @dataclass(frozen=True)
@@ -153,7 +155,7 @@ def minimise(
     if isinstance(state, str):
         none = Duals(np.zeros(len(problem.row_lower)), np.zeros(len(start)))
         return End(start, none, False, state, 0)
-    damping, seen = 0.0, _Filter()
+    damping, seen, anew = 0.0, _Filter(), _ANEW
     for step in range(goal.most_iterations + 1):
         if method.error(state, 0.0).meets(goal):
             return method.end(state, OPTIMAL, step)
@@ -163,8 +165,11 @@ def minimise(
             fall = min(_BARRIER_FALL * barrier, barrier**_BARRIER_POWER)
             barrier, seen = max(fall, last), _Filter()
         found = method.step(state, barrier, damping, seen)
-        if found is None:
+        if found is None and not anew:
             return method.end(state, STUCK, step)
+        if found is None:
+            anew, barrier, seen = anew - 1, _FIRST_BARRIER, _Filter()
+            found = method.anew(state), 0.0
         state, damping = found
     return method.end(state, LIMIT_REACHED, goal.most_iterations)
 
@@ -214,13 +219,19 @@ class _Method:
         point = stacked.point(x)
         if not np.isfinite(point.cost):
             return NO_START
-        slacks = self._placed(point.bounded[n:], z[n:], barrier, slice(n, None))
-        inside = np.concatenate([x, slacks])
+        inside = np.concatenate([x, self._slacks(point, z[n:], barrier)])
         low, high = self._below.astype(float), self._above.astype(float)
         if duals is not None:
             below, above = self._gaps(inside)
             low, high = barrier / below, barrier / above
         return _State(point, stacked.derivatives(x), inside, z[n:], low, high)
+
+    def anew(self, state: _State) -> _State:
+        """Return the same point with slacks and multipliers as at a start."""
+        none = np.zeros_like(state.y)
+        inside = np.concatenate([state.point.x, self._slacks(state.point, none, _FIRST_BARRIER)])
+        low, high = self._below.astype(float), self._above.astype(float)
+        return state._replace(inside=inside, y=none, low=low, high=high)
 
     def end(self, state: _State, status: str, steps: int) -> End:
         """Return where the method ends."""
@@ -278,6 +289,10 @@ class _Method:
                 return after, _calmer(tried, damping, longest)
             tried = max(_REFUSED * tried, _LEAST_REFUSED)
         return None
+
+    def _slacks(self, point: Point, z: FloatArray, barrier: float) -> FloatArray:
+        """Return slacks (m,) at the rows' values, or where they have to be."""
+        return self._placed(point.bounded[self._n :], z, barrier, slice(self._n, None))
 
     def _placed(self, values: FloatArray, z: FloatArray, barrier: float, part: slice) -> FloatArray:
         """Return values inside their bounds, at those with a multiplier as near as it says."""

@@ -627,3 +627,23 @@ def test_errors_count_relative_to_multipliers_above_a_hundred():
 )
 def test_damping_falls_after_short_steps(damping, before, longest, expected):
     assert room._calmer(damping, before, longest) == pytest.approx(expected)
+
+
+def test_where_no_step_leads_on_slacks_and_multipliers_begin_anew(monkeypatch):
+    """A few times; the point is kept."""
+    step, refused = room._Method.step, []
+
+    def refuse_at_first(self, state, barrier, damping, seen):
+        if len(refused) < 3 and state.point.cost < 2.0:
+            refused.append(state)
+            return None
+        return step(self, state, barrier, damping, seen)
+
+    monkeypatch.setattr(room._Method, "step", refuse_at_first)
+    end = minimise(valley(), VALLEY_START, TIGHT)
+    assert end.solved
+    assert len(refused) == 3
+    np.testing.assert_array_equal(refused[1].point.x, refused[0].point.x)
+    np.testing.assert_array_equal(refused[1].y, 0.0)
+    assert refused[1].high[-1] == 1.0
+    np.testing.assert_allclose(end.x, VALLEY_END, atol=1e-7)
