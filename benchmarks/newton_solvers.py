@@ -19,6 +19,7 @@ import numpy as np
 from one_solve import task
 from rich.console import Console
 from rich.table import Table
+from speed import CONTROL_POINTS, INTERVALS, SCENARIOS
 from threadpoolctl import threadpool_limits
 
 from human_gait import interior_point
@@ -26,9 +27,6 @@ from human_gait.lagrangian import Lagrangian
 from human_gait.nonlinear_program import NonlinearProgram
 from human_gait.program import build_program
 
-SCENARIOS = ("normal", "backpack-40")
-CONTROL_POINTS = (6, 8, 12, 20)
-INTERVALS = 20
 METHODS = {"ours": interior_point.minimise, "IPOPT": casadi_ipopt.minimise}
 FUNCTIONS = ("cost", "gradient", "rows", "jacobian", "hessian")
 

@@ -105,6 +105,11 @@ class _State(NamedTuple):
     low: FloatArray  # (n + m,) multipliers of lower bounds
     high: FloatArray  # (n + m,) of upper bounds
 
+    @property
+    def slope(self) -> FloatArray:
+        """The gradient (n,) of cost and rows, without the bounds of the variables."""
+        return np.asarray(self.now.gradient + self.y @ self.now.jacobian, dtype=float)
+
 
 class _Step(NamedTuple):
     """Changes of a state, and how much of them the bounds allow."""
@@ -169,7 +174,7 @@ def minimise(
             return method.end(state, STUCK, step)
         if found is None:
             anew, barrier, seen = anew - 1, _FIRST_BARRIER, _Filter()
-            found = method.anew(state), 0.0
+            found = method.afresh(state.point, state.now), 0.0
         state, damping = found
     return method.end(state, LIMIT_REACHED, goal.most_iterations)
 
@@ -219,41 +224,37 @@ class _Method:
         point = stacked.point(x)
         if not np.isfinite(point.cost):
             return NO_START
-        inside = np.concatenate([x, self._slacks(point, z[n:], barrier)])
-        low, high = self._below.astype(float), self._above.astype(float)
-        if duals is not None:
-            below, above = self._gaps(inside)
-            low, high = barrier / below, barrier / above
-        return _State(point, stacked.derivatives(x), inside, z[n:], low, high)
+        now = stacked.derivatives(x)
+        if duals is None:
+            return self.afresh(point, now)
+        slacks = self._placed(point.bounded[n:], z[n:], barrier, slice(n, None))
+        inside = np.concatenate([x, slacks])
+        below, above = self._gaps(inside)
+        return _State(point, now, inside, z[n:], barrier / below, barrier / above)
 
-    def anew(self, state: _State) -> _State:
-        """Return the same point with slacks and multipliers as at a start."""
-        none = np.zeros_like(state.y)
-        inside = np.concatenate([state.point.x, self._slacks(state.point, none, _FIRST_BARRIER)])
+    def afresh(self, point: Point, now: Derivatives) -> _State:
+        """Return a point inside the bounds with slacks near its rows and nothing known of duals."""
+        none = np.zeros(len(self._lower) - self._n)
+        slacks = self._placed(point.bounded[self._n :], none, 0.0, slice(self._n, None))
+        inside = np.concatenate([point.x, slacks])
         low, high = self._below.astype(float), self._above.astype(float)
-        return state._replace(inside=inside, y=none, low=low, high=high)
+        return _State(point, now, inside, none, low, high)
 
     def end(self, state: _State, status: str, steps: int) -> End:
         """Return where the method ends."""
-        n, now = self._n, state.now
-        slope = now.gradient + state.y @ now.jacobian
-        by_variable = np.where(self._equal[:n], -slope, (state.high - state.low)[:n])
+        n = self._n
+        by_variable = np.where(self._equal[:n], -state.slope, (state.high - state.low)[:n])
         duals = Duals(state.y, by_variable)
         return End(state.point.x, duals, status == OPTIMAL, status, steps)
 
     def error(self, state: _State, barrier: float) -> _Error:
         """Return what is left of the conditions of a barrier problem; with 0 of the problem."""
         below, above = self._gaps(state.inside)
-        prices = np.concatenate([state.now.gradient + state.y @ state.now.jacobian, -state.y])
+        prices = np.concatenate([state.slope, -state.y])
         left = np.where(self._equal, 0.0, prices - state.low + state.high)
-        products = np.concatenate(
-            [
-                state.low[self._below] * below[self._below],
-                state.high[self._above] * above[self._above],
-            ]
-        )
-        prices_of_bounds = state.low[self._below], state.high[self._above]
-        sizes = np.concatenate([np.abs(state.y), *prices_of_bounds])
+        low, high = state.low[self._below], state.high[self._above]
+        products = np.concatenate([low * below[self._below], high * above[self._above]])
+        sizes = np.concatenate([np.abs(state.y), low, high])
         scale = max(_SCALE, float(sizes.sum()) / max(len(sizes), 1)) / _SCALE
         missing = state.point.bounded - state.inside
         return _Error(
@@ -266,9 +267,7 @@ class _Method:
         self, state: _State, barrier: float, damping: float, seen: _Filter
     ) -> tuple[_State, float] | None:
         """Return the next state and the damping to begin with there; None if none is found."""
-        n, (below, above) = self._n, self._gaps(state.inside)
-        curvature = state.low / below + state.high / above
-        curvature[self._equal] = 1.0 / _PROXIMAL
+        n, curvature = self._n, self._curvature(state)
         matrix = self._matrix(state, curvature)
         diagonal = matrix.diagonal().copy()
         tried = damping if damping >= _UNDAMPED else 0.0
@@ -290,10 +289,6 @@ class _Method:
             tried = max(_REFUSED * tried, _LEAST_REFUSED)
         return None
 
-    def _slacks(self, point: Point, z: FloatArray, barrier: float) -> FloatArray:
-        """Return slacks (m,) at the rows' values, or where they have to be."""
-        return self._placed(point.bounded[self._n :], z, barrier, slice(self._n, None))
-
     def _placed(self, values: FloatArray, z: FloatArray, barrier: float, part: slice) -> FloatArray:
         """Return values inside their bounds, at those with a multiplier as near as it says."""
         lower, upper = self._lower[part], self._upper[part]
@@ -309,6 +304,11 @@ class _Method:
         """Return the distances (n + m,) from the lower and the upper bounds."""
         below, above = inside - self._lower, self._upper - inside
         return np.maximum(below, _LEAST_GAP), np.maximum(above, _LEAST_GAP)
+
+    def _curvature(self, state: _State) -> FloatArray:
+        """Return S (n + m,) of the barriers, and what stands for it where there is no room."""
+        below, above = self._gaps(state.inside)
+        return np.where(self._equal, 1.0 / _PROXIMAL, state.low / below + state.high / above)
 
     def _matrix(self, state: _State, curvature: FloatArray) -> FloatArray:
         """Return H + S_x + J' S_s J, its upper triangle, fixed variables apart."""
@@ -331,8 +331,7 @@ class _Method:
         n, J, slope = self._n, state.now.jacobian, self._barrier_slope(state, barrier)
         missing = state.point.bounded[n:] - state.inside[n:]
         of_slacks = np.where(self._equal[n:], 0.0, slope[n:] - state.y)
-        of_variables = state.now.gradient + state.y @ J + slope[:n]
-        right = of_variables + (curvature[n:] * missing + of_slacks) @ J
+        right = state.slope + slope[:n] + (curvature[n:] * missing + of_slacks) @ J
         right[self._equal[:n]] = 0.0
         dx = dpotrs(factor, -right, lower=1)[0]
         by_rows = J @ dx + missing
@@ -420,7 +419,7 @@ def _downhill(part: float, fall: float, violation: float) -> bool:
 def _better(there: tuple[float, float], entry: tuple[float, float]) -> bool:
     """Return whether violation or barrier function is below that of another point, Eq. (18)."""
     least = _MARGIN * entry[0]
-    return there[0] < np.inf and (there[0] <= entry[0] - least or there[1] <= entry[1] - least)
+    return there[0] <= entry[0] - least or there[1] <= entry[1] - least
 
 
 class _Filter:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -118,6 +117,8 @@ class Stacked:
         self._problem, self.n = problem, len(problem.lower)
         self.lower = np.concatenate([problem.lower, problem.row_lower])
         self.upper = np.concatenate([problem.upper, problem.row_upper])
+        rows, columns = problem.jacobian_entries
+        self._places = rows * self.n + columns
 
     def point(self, x: FloatArray) -> Point:
         """Return cost and rows; an infinite cost where they cannot be computed."""
@@ -131,11 +132,10 @@ class Stacked:
 
     def derivatives(self, x: FloatArray) -> Derivatives:
         """Return gradient and Jacobian."""
-        shape = len(self.lower) - self.n, self.n
-        entries = coo_array(
-            (self._problem.jacobian(x), self._problem.jacobian_entries), shape=shape
-        )
-        return Derivatives(self._problem.gradient(x), entries.toarray())
+        m, n = len(self.lower) - self.n, self.n
+        entries = np.bincount(self._places, self._problem.jacobian(x), m * n)
+        jacobian = np.asarray(entries.reshape(m, n), dtype=float)
+        return Derivatives(self._problem.gradient(x), jacobian)
 
     def upper_hessian(self, x: FloatArray, by_row: FloatArray) -> FloatArray:
         """Return the upper triangle (n, n) of the Lagrangian's second derivatives."""

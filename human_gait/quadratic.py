@@ -28,11 +28,11 @@ CERTAIN = 1e-3
 """A bound of a variable with a larger multiplier is taken for active without asking."""
 
 _ROUNDS = 6
-_SETTLED = 0.1  # part of the gradient that may be left after the last round
-_ROUGHEST, _FINEST = 1e-3, 1e-4  # and what may be left, at most and at least
+_SETTLED = 0.1  # part of the gradient at the start that ends the rounds when no more is left
+_ROUGHEST, _FINEST = 1e-3, 1e-4  # limits of what may be left
 _BARRIER = 1e-5  # weight of an active bound: its multiplier squared over this
 _LEAST_CURVATURE = 1e-3
-_REACH = 0.1  # rows further away than their gradient times this and the radius are left out
+_REACH = 0.1  # rows further away than their gradient times this and the radius wait until broken
 _KEPT = 1e-7  # by how much a row that was left out may be broken
 _ON = 1e-9  # distance at which a bound counts as reached
 _MOST_CHANGES = 1000  # of the active set; some hundred are many

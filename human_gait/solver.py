@@ -348,7 +348,7 @@ def _by_newton(
 def _warm(
     problem: NonlinearProgram, start: FloatArray, duals: Duals, goal: Goal
 ) -> tuple[End, int]:
-    """Return where the active set leads, else a low barrier, and steps that led nowhere."""
+    """Return where the active set leads, else where a low barrier does, and steps in vain."""
     spent = 0
     if len(start) <= _FEW_VARIABLES:
         end = follow(problem, start, duals)

@@ -1,4 +1,4 @@
-"""Problems of one or two variables, for all solvers: written once, exact and for Drake."""
+"""Small problems for all solvers, written once, exact and for Drake; what their ends leave."""
 
 from dataclasses import replace
 
@@ -75,6 +75,47 @@ def corner():
         (np.array([0, 1]), np.array([0, 1])),
         lambda _, factor, __: factor * numbers(2.0, 2.0),
     )
+
+
+def quadratic(H, g, A, lower, upper, row_lower, row_upper):
+    """x' H x / 2 + g' x with linear rows."""
+    n, m = len(g), len(A)
+    at, upper_triangle = np.indices((m, n)), np.triu_indices(n)
+    return NonlinearProgram(
+        lower,
+        upper,
+        row_lower,
+        row_upper,
+        lambda x: x @ H @ x / 2.0 + g @ x,
+        lambda x: H @ x + g,
+        lambda x: A @ x,
+        (at[0].ravel(), at[1].ravel()),
+        lambda _: A.ravel(),
+        upper_triangle,
+        lambda _, factor, __: factor * H[upper_triangle],
+    )
+
+
+def random_quadratic(seed, curvature):
+    """Ten variables, eight rows: two equalities, bounds on both, on one and on no side."""
+    rng = np.random.default_rng(seed)
+    Q = np.linalg.qr(rng.normal(size=(10, 10)))[0]
+    H, A = Q @ np.diag(curvature) @ Q.T, rng.normal(size=(8, 10))
+    inside = rng.uniform(-0.5, 0.5, 10)
+    lower, upper = np.full(10, -1.0), np.full(10, 1.0)
+    row_lower, row_upper = A @ inside - 0.1, A @ inside + 0.1
+    row_lower[:2] = row_upper[:2] = (A @ inside)[:2]
+    row_lower[2], row_upper[3] = -np.inf, np.inf
+    row_lower[4], row_upper[4] = -np.inf, np.inf
+    return quadratic(H, 3.0 * rng.normal(size=10), A, lower, upper, row_lower, row_upper)
+
+
+def left(problem, end):
+    """What is left of the gradient of the Lagrangian, (n,): nothing where it is stationary."""
+    rows, columns = problem.jacobian_entries
+    slope = problem.gradient(end.x) + end.duals.variables
+    np.add.at(slope, columns, end.duals.rows[rows] * problem.jacobian(end.x))
+    return slope
 
 
 def in_drake(problem):

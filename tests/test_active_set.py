@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_problems import VALLEY_END, corner, cube, numbers, valley
+from small_problems import VALLEY_END, corner, cube, left, numbers, valley
 
 from human_gait import active_set as room
 from human_gait.active_set import LOST, OPTIMAL, _Homotopy, _optimal, _shortened, follow
@@ -25,14 +25,6 @@ def solved(problem, start):
     end = minimise(problem, start, TIGHT)
     assert end.solved
     return end
-
-
-def left(problem, end):
-    """What is left of the gradient of the Lagrangian."""
-    rows, columns = problem.jacobian_entries
-    slope = problem.gradient(end.x) + end.duals.variables
-    np.add.at(slope, columns, end.duals.rows[rows] * problem.jacobian(end.x))
-    return slope
 
 
 def steeper(push):

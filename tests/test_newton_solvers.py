@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from small_problems import VALLEY_START, corner, cube, numbers, valley
-from test_interior_point import random_quadratic
+from small_problems import VALLEY_START, corner, cube, numbers, random_quadratic, valley
 from walks import scenario
 
 from benchmarks import casadi_ipopt
