@@ -21,8 +21,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import BSpline
-from scipy.linalg import solve
-from scipy.sparse import csr_array
+from scipy.linalg import lstsq
 
 from human_gait.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF, index, mirror
 
@@ -107,13 +106,19 @@ class Basis:
         return folded
 
     def fit(self, times: FloatArray, q: FloatArray, step_length: float) -> FloatArray:
-        """Return the free control points (m, 55) whose curves are nearest to q (K, 55)."""
-        still = np.zeros((self.n_free, N_DOF))
-        q_still = self.matrix(times) @ self.expand(still, step_length)
-        matrix = csr_array(self.design(times))
-        normal = (matrix.T @ matrix).toarray()
-        solution = solve(normal, matrix.T @ (q - q_still).ravel(), assume_a="pos")
-        return np.asarray(solution.reshape(self.n_free, N_DOF))
+        """Return the free control points (m, 55) whose curves are nearest to q (K, 55).
+
+        What is its own mirror image and what is the opposite of it are fitted one after the other:
+        of such curves the next step is the same, or the same with the other sign.
+        """
+        N, m = self.matrix(times), self.n_free
+        q = q - N @ self.expand(np.zeros((m, N_DOF)), step_length)
+        fitted = np.zeros((m, N_DOF))
+        for sign in (1.0, -1.0):
+            folded = N[:, :m].copy()
+            folded[:, : self.n_control_points - m] += sign * N[:, m:]
+            fitted += lstsq(folded, (q + sign * mirror(q)) / 2)[0]
+        return fitted
 
     def design(self, times: FloatArray, derivative: int = 0) -> FloatArray:
         """Return d q(t) / d(free control points), (K * 55, m * 55)."""

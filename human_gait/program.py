@@ -144,6 +144,7 @@ class GaitProgram:
         plan = self._walker.plan
         self.constraints = paper_constraints(scenario, plan, self.times)
         self.constraints += friction_constraints(plan, self.times) if friction else []
+        self._guess = self.guess()
         self.unit = np.tile(self._unit(), self.basis.n_free)
         prog, self.variables = self._program(self.constraints)
         prog.AddCost(self._cost, self.variables)
@@ -328,19 +329,20 @@ class GaitProgram:
         self, prog: MathematicalProgram, constraint: Constraint, variables: FloatArray
     ) -> None:
         if constraint.linear:
-            still = constraint.evaluate(self._evaluated(np.zeros(len(variables))))
-            lower, upper = constraint.lower - still.value, constraint.upper - still.value
-            jacobian = self.transcription.jacobian(constraint, still) * self.unit
-            rows = prog.AddLinearConstraint(jacobian, lower, upper, variables)
+            value, jacobian = self.residual(constraint, self._guess)
+            apart = value - jacobian @ self._guess
+            lower, upper = constraint.lower - apart, constraint.upper - apart
+            rows = prog.AddLinearConstraint(jacobian * self.unit, lower, upper, variables)
             rows.evaluator().set_description(constraint.name)
             return
         function = _seam(lambda free: self.residual(constraint, free), self.unit)
         binding = prog.AddConstraint(function, constraint.lower, constraint.upper, variables)
-        rows, columns = self.transcription.entries(constraint)
-        pattern = np.divmod(np.unique(rows * len(variables) + columns), len(variables))
-        pairs = list(zip(*(part.tolist() for part in pattern), strict=True))
+        pattern = np.zeros((len(constraint.lower), len(variables)), dtype=bool)
+        pattern[self.transcription.entries(constraint)] = True
         binding.evaluator().set_description(constraint.name)
-        binding.evaluator().SetGradientSparsityPattern(pairs)
+        binding.evaluator().SetGradientSparsityPattern(
+            list(zip(*(part.tolist() for part in np.nonzero(pattern)), strict=True))
+        )
 
     def _cost(self, x: npt.NDArray[np.object_]) -> object:
         def scaled(free: FloatArray) -> tuple[FloatArray, ...]:
@@ -355,7 +357,7 @@ class GaitProgram:
         objective, units d^(-1/2) would give every variable the same curvature. Constraints, in
         metres for all, want none of it: d^(-1/4) is between the two. Powers of two: no rounding.
         """
-        torque = self._evaluated(self.guess()).muscle_torque
+        torque = self.instants(self._guess).muscle_torque
         by_order = torque.partials.reshape(*torque.value.shape, 3, N_DOF)
         squares = np.einsum("kiod,kipd,i->kopd", by_order, by_order, self._weights)
         N = np.stack([self.basis.matrix(self.times, order) for order in range(3)])

@@ -99,9 +99,8 @@ class Transcription:
 
     def _onto_points(self, rows: FloatArray) -> FloatArray:
         """Return rows (K, r, 165) in q, v, a as rows (K, r, 4, 55) in the active control points."""
-        N = self._active_N[..., None, :, None]  # (3, K, 1, 4, 1)
-        by_order = rows.reshape(*rows.shape[:2], 3, 1, N_DOF)
-        return np.asarray(sum(N[order] * by_order[:, :, order] for order in range(3)))
+        by_order = rows.reshape(*rows.shape[:2], 3, N_DOF)
+        return np.asarray(self._active_N.transpose(1, 2, 0)[:, None] @ by_order)
 
     def _direct(self, k: IntArray, blocks: FloatArray) -> FloatArray:
         """Return half of what blocks qq, qv, qa, vv (k, 4, 3025) add to active points, (220, 220).

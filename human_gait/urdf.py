@@ -54,9 +54,10 @@ def urdf_text(body: Body) -> str:
         ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=rgba)
     ET.SubElement(robot, "link", name="world")
     to_dh, origins = link_to_dh(body.table), joint_origins(body.table)
+    to_axes, limits = to_dh @ anatomical_to_link(body.table), _limits(body)
     for i in range(skeleton.N_DOF):
-        _add_link(robot, body, i, to_dh[i])
-        _add_joint(robot, body, i, origins[i])
+        _add_link(robot, body, i, to_dh[i], to_axes[i])
+        _add_joint(robot, i, origins[i], limits[i])
         _add_fixed(robot, f"dh_{i + 1:02d}", LINK_NAMES[i], to_dh[i])
     if body.load.mass > 0:
         _add_backpack(robot, body, to_dh)
@@ -78,14 +79,16 @@ def joint_origins(table: DHTable) -> FloatArray:
     return constant(of_parent @ table.base @ offset)
 
 
-def _add_link(robot: ET.Element, body: Body, i: int, to_dh: FloatArray) -> None:
+def _add_link(
+    robot: ET.Element, body: Body, i: int, to_dh: FloatArray, to_axes: FloatArray
+) -> None:
     link = ET.SubElement(robot, "link", name=LINK_NAMES[i])
     if body.mass[i] > 0:
         com = to_dh[:3, :3] @ body.com[i] + to_dh[:3, 3]
         _add_inertial(
             link, float(body.mass[i]), com, to_dh[:3, :3] @ body.inertia[i] @ to_dh[:3, :3].T
         )
-        _add_capsules(link, body, i, to_dh)
+        _add_capsules(link, body, i, to_axes)
 
 
 def _add_inertial(link: ET.Element, mass: float, com: FloatArray, inertia: FloatArray) -> None:
@@ -98,7 +101,7 @@ def _add_inertial(link: ET.Element, mass: float, com: FloatArray, inertia: Float
     )
 
 
-def _add_joint(robot: ET.Element, body: Body, i: int, origin: FloatArray) -> None:
+def _add_joint(robot: ET.Element, i: int, origin: FloatArray, limits: dict[str, str]) -> None:
     parent = skeleton.PARENT[i]
     kind = "prismatic" if skeleton.PRISMATIC[i] else "revolute"
     joint = ET.SubElement(robot, "joint", name=JOINT_NAMES[i], type=kind)
@@ -108,22 +111,18 @@ def _add_joint(robot: ET.Element, body: Body, i: int, origin: FloatArray) -> Non
         joint, "origin", xyz=_text(origin[:3, 3]), rpy=_text(_roll_pitch_yaw(origin[:3, :3]))
     )
     ET.SubElement(joint, "axis", xyz="0 0 1")
-    _add_limit(joint, body, i)
+    ET.SubElement(joint, "limit", limits)
 
 
-def _add_limit(joint: ET.Element, body: Body, i: int) -> None:
-    """Write the limits: effort 0 without a muscle; URDF demands a velocity, none is known."""
-    lower, upper = (side[i] for side in skeleton.position_limits())
-    strength = max(abs(side[i]) for side in skeleton.torque_limits(body.subject))
-    effort = strength if np.isfinite(strength) else 0.0
-    ET.SubElement(
-        joint,
-        "limit",
-        lower=_text([lower]),
-        upper=_text([upper]),
-        effort=_text([effort]),
-        velocity="100.0",
-    )
+def _limits(body: Body) -> list[dict[str, str]]:
+    """Return the limits of all joints: effort 0 without a muscle; URDF demands a velocity."""
+    strength = np.abs(skeleton.torque_limits(body.subject)).max(axis=0)
+    efforts = np.where(np.isfinite(strength), strength, 0.0)
+    texts = ([_text([x]) for x in each] for each in (*skeleton.position_limits(), efforts))
+    return [
+        {"lower": lower, "upper": upper, "effort": effort, "velocity": "100.0"}  # none is known
+        for lower, upper, effort in zip(*texts, strict=True)
+    ]
 
 
 def _add_fixed(robot: ET.Element, name: str, parent: str, origin: FloatArray) -> ET.Element:
@@ -152,10 +151,9 @@ def _add_backpack(robot: ET.Element, body: Body, to_dh: FloatArray) -> None:
     ET.SubElement(visual, "material", name="backpack")
 
 
-def _add_capsules(link: ET.Element, body: Body, i: int, to_dh: FloatArray) -> None:
+def _add_capsules(link: ET.Element, body: Body, i: int, place: FloatArray) -> None:
     """Draw the segment of link i as in ``data/capsules.csv``, which gives the left side."""
     segment, side = LINK_NAMES[i][4:], LINK_NAMES[i][-2:]
-    place = to_dh @ anatomical_to_link(body.table)[i]
     flip = _TO_THE_RIGHT if side == "_r" else np.ones(3)
     for row in data.rows("capsules"):
         if row["segment"] == segment.removesuffix("_r").removesuffix("_l"):

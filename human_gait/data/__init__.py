@@ -1,10 +1,12 @@
 """The tables of the body: every row names its source or its assumption."""
 
 import csv
+from functools import cache
 from importlib.resources import files
 
 
-def rows(table: str) -> list[dict[str, str]]:
+@cache
+def rows(table: str) -> tuple[dict[str, str], ...]:
     """Return the rows of one of the package's CSV tables, keyed by column.
 
     Parameters
@@ -14,4 +16,4 @@ def rows(table: str) -> list[dict[str, str]]:
         ``passive_joints``, ``markers``.
     """
     text = (files(__name__) / f"{table}.csv").read_text(encoding="utf-8")
-    return list(csv.DictReader(text.splitlines()))
+    return tuple(csv.DictReader(text.splitlines()))
