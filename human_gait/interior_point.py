@@ -48,10 +48,8 @@ STUCK = "no step leads on"
 NO_START = "the start cannot be evaluated"
 NO_ROOM = "a lower bound is above its upper bound"
 
-_FIRST_BARRIER, _WARM_BARRIER = 0.1, 3e-5
 _LAST_BARRIER = 0.1  # of the products that are asked for
-_BARRIER_FALL, _BARRIER_POWER = 0.2, 1.5  # Eq. (7)
-_STAGE = 10.0  # a stage ends where the error is this many barrier parameters
+_FALL = 0.2  # of the barrier from stage to stage, at least
 _PUSH = 1e-2  # of a start into the bounds, part of their distance
 _TO_BOUND = 0.99  # part of the way to a bound that a step may take, Eq. (8)
 _PROXIMAL = 1e-7  # of equalities: multipliers of rows change by what is missing / this
@@ -93,6 +91,29 @@ class Goal:
     feasible: float = 1e-6
     complementary: float = 1e-7
     most_iterations: int = 300
+
+
+class _Schedule(NamedTuple):
+    """How the barrier falls, Eq. (7): from `first` on, to its `power` after each stage.
+
+    A stage ends where the error is `patience` times the barrier.
+    """
+
+    first: float
+    patience: float
+    power: float
+
+    def ends(self, barrier: float, error: float) -> bool:
+        """Return whether the stage of a barrier is over."""
+        return error <= self.patience * barrier
+
+    def after(self, barrier: float) -> float:
+        """Return the barrier of the next stage."""
+        return float(min(_FALL * barrier, barrier**self.power))
+
+
+_COLD = _Schedule(0.1, 10.0, 1.5)
+_WARM = _Schedule(1e-4, 1e4, 1.2)  # the valley is the right one: no need to go to its middle
 
 
 class _State(NamedTuple):
@@ -154,8 +175,8 @@ def minimise(
     """
     method = _Method(problem)
     goal = goal or Goal()
-    barrier = _FIRST_BARRIER if duals is None else _WARM_BARRIER
-    last = _LAST_BARRIER * goal.complementary
+    schedule = _COLD if duals is None else _WARM
+    barrier, last = schedule.first, _LAST_BARRIER * goal.complementary
     state = method.start(start, duals, barrier)
     if isinstance(state, str):
         none = Duals(np.zeros(len(problem.row_lower)), np.zeros(len(start)))
@@ -166,14 +187,13 @@ def minimise(
             return method.end(state, OPTIMAL, step)
         if step == goal.most_iterations:
             break
-        while barrier > last and method.error(state, barrier).largest <= _STAGE * barrier:
-            fall = min(_BARRIER_FALL * barrier, barrier**_BARRIER_POWER)
-            barrier, seen = max(fall, last), _Filter()
+        while barrier > last and schedule.ends(barrier, method.error(state, barrier).largest):
+            barrier, seen = max(schedule.after(barrier), last), _Filter()
         found = method.step(state, barrier, damping, seen)
         if found is None and not anew:
             return method.end(state, STUCK, step)
         if found is None:
-            anew, barrier, seen = anew - 1, _FIRST_BARRIER, _Filter()
+            anew, schedule, barrier, seen = anew - 1, _COLD, _COLD.first, _Filter()
             found = method.afresh(state.point, state.now), 0.0
         state, damping = found
     return method.end(state, LIMIT_REACHED, goal.most_iterations)
@@ -316,9 +336,9 @@ class _Method:
         matrix = self._stacked.upper_hessian(state.point.x, state.y)
         matrix.flat[:: n + 1] += curvature[:n]
         for rows, columns in self._blocks:
-            block = J[rows][:, columns]
+            block = np.sqrt(curvature[n:][rows, None]) * J[rows][:, columns]
             at = (columns, columns) if isinstance(columns, slice) else np.ix_(columns, columns)
-            matrix[at] += block.T @ (curvature[n:][rows, None] * block)
+            matrix[at] += block.T @ block
         fixed = self._equal[:n]
         matrix[fixed] = matrix[:, fixed] = 0.0
         matrix[fixed, fixed] = 1.0

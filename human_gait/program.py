@@ -198,6 +198,10 @@ class GaitProgram:
                 self.observe(free)
         return self._known[1]
 
+    def watched_by(self, observe: Callable[[FloatArray], None]) -> None:
+        """Give every point that is evaluated from now on to a function, and count anew."""
+        self._known, self.observe, self.evaluations = None, observe, 0
+
     def _evaluated(self, free: FloatArray) -> Instants:
         return self._walker.at(self.times, *self.transcription.motion(self._expanded(free)))
 

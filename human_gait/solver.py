@@ -256,7 +256,7 @@ def solve(
     if solver not in SOLVERS:
         raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
     watch = _Watch(program, tell)
-    program.observe, program.evaluations = watch, 0
+    program.watched_by(watch)
     try:
         # matrices of some hundred rows are done before more threads have started
         with _interruptible(watch), threadpool_limits(1, "blas"):
@@ -273,7 +273,8 @@ def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None)
     KeyboardInterrupt
         If it is interrupted: there is nothing to keep yet.
     """
-    program.observe = watch = _Watch(program, tell)
+    watch = _Watch(program, tell)
+    program.watched_by(watch)
     try:
         with _interruptible(watch):
             path = _posture(program, "snopt", program.guess(), POSTURE).free

@@ -54,9 +54,9 @@ def urdf_text(body: Body) -> str:
         ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=rgba)
     ET.SubElement(robot, "link", name="world")
     to_dh, origins = link_to_dh(body.table), joint_origins(body.table)
-    to_axes, limits = to_dh @ anatomical_to_link(body.table), _limits(body)
+    axes, limits = anatomical_to_link(body.table), _limits(body)
     for i in range(skeleton.N_DOF):
-        _add_link(robot, body, i, to_dh[i], to_axes[i])
+        _add_link(robot, body, i, to_dh[i], to_dh[i] @ axes[i])
         _add_joint(robot, i, origins[i], limits[i])
         _add_fixed(robot, f"dh_{i + 1:02d}", LINK_NAMES[i], to_dh[i])
     if body.load.mass > 0:
@@ -79,16 +79,14 @@ def joint_origins(table: DHTable) -> FloatArray:
     return constant(of_parent @ table.base @ offset)
 
 
-def _add_link(
-    robot: ET.Element, body: Body, i: int, to_dh: FloatArray, to_axes: FloatArray
-) -> None:
+def _add_link(robot: ET.Element, body: Body, i: int, to_dh: FloatArray, place: FloatArray) -> None:
     link = ET.SubElement(robot, "link", name=LINK_NAMES[i])
     if body.mass[i] > 0:
         com = to_dh[:3, :3] @ body.com[i] + to_dh[:3, 3]
         _add_inertial(
             link, float(body.mass[i]), com, to_dh[:3, :3] @ body.inertia[i] @ to_dh[:3, :3].T
         )
-        _add_capsules(link, body, i, to_axes)
+        _add_capsules(link, body, i, place)
 
 
 def _add_inertial(link: ET.Element, mass: float, com: FloatArray, inertia: FloatArray) -> None:

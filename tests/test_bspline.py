@@ -109,6 +109,16 @@ def test_a_spline_is_fitted_exactly(basis):
     np.testing.assert_allclose(fitted, free, atol=1e-9)
 
 
+def test_a_fitted_spline_is_the_nearest_one(basis):
+    """Of curves that are no splines: what is left is normal to every change of the spline."""
+    q = np.random.default_rng(4).standard_normal((len(TIMES), N_DOF))
+    fitted = basis.fit(TIMES, q, L)
+    left = basis.matrix(TIMES) @ basis.expand(fitted, L) - q
+    slope = basis.design(TIMES).T @ left.ravel()
+    assert np.abs(left).max() > 0.1
+    np.testing.assert_allclose(slope, 0.0, atol=1e-10)
+
+
 def test_the_knots_go_on_periodically(basis):
     np.testing.assert_allclose(basis.knots[3:-3], basis.breaks)
     spacing = np.diff(basis.knots)

@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -590,6 +591,37 @@ def test_the_filter_forgets_when_the_barrier_falls(monkeypatch):
     monkeypatch.setattr(room, "_Filter", Counted)
     minimise(corner(), numbers(0.3, 0.3), TIGHT)
     assert len(made) >= 5
+
+
+@pytest.mark.parametrize("schedule", [room._COLD, room._WARM])
+def test_a_schedule_leads_to_any_barrier_in_a_few_stages(schedule):
+    """Each at most a fifth of the one before."""
+    barrier, stages = schedule.first, 0
+    while barrier > 1e-8:
+        after = schedule.after(barrier)
+        assert after <= 0.2001 * barrier
+        barrier, stages = after, stages + 1
+    assert stages <= 6
+
+
+@pytest.mark.parametrize("warm", [False, True])
+def test_the_barriers_of_a_solve_are_those_of_its_schedule(monkeypatch, warm):
+    """A warm one begins lower, and none goes below a tenth of the products that are asked for."""
+    step, seen = room._Method.step, []
+
+    def noted(self, state, barrier, damping, filtered):
+        seen.append(barrier)
+        return step(self, state, barrier, damping, filtered)
+
+    first = minimise(valley(), VALLEY_START, TIGHT)
+    monkeypatch.setattr(room._Method, "step", noted)
+    schedule = room._WARM if warm else room._COLD
+    end = minimise(valley(), VALLEY_START, TIGHT, first.duals if warm else None)
+    assert end.solved
+    assert seen[0] == schedule.first
+    last = room._LAST_BARRIER * TIGHT.complementary
+    assert all(b == a or b <= max(schedule.after(a), last) for a, b in pairwise(seen))
+    assert last == min(seen) < max(seen)
 
 
 def test_errors_count_relative_to_multipliers_above_a_hundred():
