@@ -23,7 +23,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 from rich.table import Table
@@ -165,14 +167,16 @@ def picture(results: list[dict[str, Any]]) -> Figure:
         "after more attempts": [one for one in results if one["success"] and one["starts"] > 1],
         "not found": [one for one in results if not one["success"]],
     }
-    longest = max(one["seconds"] for one in results)
+    seconds = [one["seconds"] for one in results]
+    ends = min(seconds), max(seconds)
     for (kind, members), marker in zip(kinds.items(), "oDX", strict=True):
         at = [[one[name] for one in members] for name in ("speed", "step_length", "seconds")]
         style = {"marker": marker, "cmap": "viridis_r", "edgecolors": "0.3", "linewidths": 0.5}
         dots = ax.scatter(
-            at[0], at[1], c=at[2], label=f"{kind}: {len(members)}", vmin=0, vmax=longest, **style
+            at[0], at[1], c=at[2], label=f"{kind}: {len(members)}", norm=LogNorm(*ends), **style
         )
-    figure.colorbar(dots, label="processor time [s]")
+    scale = figure.colorbar(dots, label="processor time [s]", format="{x:g}")
+    scale.ax.yaxis.set_minor_formatter(NullFormatter())
     ax.set(xlabel="speed [m/s]", ylabel="step length [m]")
     figure.legend(loc="outside upper center", ncols=3, frameon=False)
     return figure

@@ -109,7 +109,7 @@ class Basis:
         """Return the free control points (m, 55) whose curves are nearest to q (K, 55).
 
         What is its own mirror image and what is the opposite of it are fitted one after the other:
-        of such curves the next step is the same, or the same with the other sign.
+        in a mirrored basis the next step of such curves is the same, or has the other sign.
         """
         N, m = self.matrix(times), self.n_free
         q = q - N @ self.expand(np.zeros((m, N_DOF)), step_length)

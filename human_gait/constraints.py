@@ -59,7 +59,7 @@ class Residual:
     da: FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Constraint:
     """One constraint of the paper at the instants where it holds.
 

@@ -5,6 +5,7 @@ a constant DH transformation, the identity except at the roots of the branches, 
 cannot lead from a parent to several children. Joint j turns about (or slides along) z of A_p B_j.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,7 +63,9 @@ def dh_table(measures: Anthropometry) -> DHTable:
     return DHTable(skeleton.PARENT, skeleton.PRISMATIC, theta_offset, d, a, alpha, base)
 
 
-def _parameters(row: dict[str, str], measures: Anthropometry) -> tuple[float, float, float, float]:
+def _parameters(
+    row: Mapping[str, str], measures: Anthropometry
+) -> tuple[float, float, float, float]:
     theta, alpha = (
         float(np.deg2rad(float(row[column]))) for column in ("theta_offset_deg", "alpha_deg")
     )

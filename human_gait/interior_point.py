@@ -49,7 +49,7 @@ NO_START = "the start cannot be evaluated"
 NO_ROOM = "a lower bound is above its upper bound"
 
 _LAST_BARRIER = 0.1  # of the products that are asked for
-_FALL = 0.2  # of the barrier from stage to stage, at least
+_FALL = 0.2  # part of the barrier that the next stage has at most
 _PUSH = 1e-2  # of a start into the bounds, part of their distance
 _TO_BOUND = 0.99  # part of the way to a bound that a step may take, Eq. (8)
 _PROXIMAL = 1e-7  # of equalities: multipliers of rows change by what is missing / this
@@ -94,9 +94,9 @@ class Goal:
 
 
 class _Schedule(NamedTuple):
-    """How the barrier falls, Eq. (7): from `first` on, to its `power` after each stage.
+    """How the barrier falls, Eq. (7): from `first` on, to its `power` after each stage or lower.
 
-    A stage ends where the error is `patience` times the barrier.
+    A stage ends where the error is `patience` times the barrier, be it at once.
     """
 
     first: float

@@ -7,6 +7,7 @@ joints: linear stiffness and damping of ``data/passive_joints.csv``.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -96,5 +97,5 @@ def _kind(name: str) -> str:
     return "".join(sign for sign in base if not sign.isdigit())
 
 
-def _column(rows: list[dict[str, str] | None], key: str) -> FloatArray:
+def _column(rows: list[Mapping[str, str] | None], key: str) -> FloatArray:
     return np.array([float(row[key]) if row else 0.0 for row in rows])

@@ -138,13 +138,14 @@ class GaitProgram:
         self._weights = torque_weights(scenario)
         self._spacing = _trapezoids(step_time / n, len(self.times), grid.mirrored)
         self._symmetry = self._symmetry_rows()
-        self._known: tuple[bytes, Instants, dict[int, Residual]] | None = None
+        self._known: tuple[bytes, Instants, dict[Constraint, Residual]] | None = None
         self.evaluations = 0
         self.observe: Callable[[FloatArray], None] | None = None
         plan = self._walker.plan
         self.constraints = paper_constraints(scenario, plan, self.times)
         self.constraints += friction_constraints(plan, self.times) if friction else []
         self._guess = self.guess()
+        self._at_guess = self._evaluated(self._guess)
         self.unit = np.tile(self._unit(), self.basis.n_free)
         prog, self.variables = self._program(self.constraints)
         prog.AddCost(self._cost, self.variables)
@@ -222,9 +223,9 @@ class GaitProgram:
         """Return the rows of a constraint with their partials in q, v, a."""
         now = self.instants(free)
         known = self._known[2] if self._known else {}
-        if id(constraint) not in known:
-            known[id(constraint)] = constraint.evaluate(now)
-        return known[id(constraint)]
+        if constraint not in known:
+            known[constraint] = constraint.evaluate(now)
+        return known[constraint]
 
     def hessian(
         self, free: FloatArray, cost_factor: float, leaning: Iterable[tuple[Constraint, FloatArray]]
@@ -333,11 +334,12 @@ class GaitProgram:
         self, prog: MathematicalProgram, constraint: Constraint, variables: FloatArray
     ) -> None:
         if constraint.linear:
-            value, jacobian = self.residual(constraint, self._guess)
-            apart = value - jacobian @ self._guess
+            rows = constraint.evaluate(self._at_guess)
+            jacobian = self.transcription.jacobian(constraint, rows)
+            apart = rows.value - jacobian @ self._guess
             lower, upper = constraint.lower - apart, constraint.upper - apart
-            rows = prog.AddLinearConstraint(jacobian * self.unit, lower, upper, variables)
-            rows.evaluator().set_description(constraint.name)
+            linear = prog.AddLinearConstraint(jacobian * self.unit, lower, upper, variables)
+            linear.evaluator().set_description(constraint.name)
             return
         function = _seam(lambda free: self.residual(constraint, free), self.unit)
         binding = prog.AddConstraint(function, constraint.lower, constraint.upper, variables)
@@ -361,7 +363,7 @@ class GaitProgram:
         objective, units d^(-1/2) would give every variable the same curvature. Constraints, in
         metres for all, want none of it: d^(-1/4) is between the two. Powers of two: no rounding.
         """
-        torque = self.instants(self._guess).muscle_torque
+        torque = self._at_guess.muscle_torque
         by_order = torque.partials.reshape(*torque.value.shape, 3, N_DOF)
         squares = np.einsum("kiod,kipd,i->kopd", by_order, by_order, self._weights)
         N = np.stack([self.basis.matrix(self.times, order) for order in range(3)])

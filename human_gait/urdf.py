@@ -7,7 +7,7 @@ of the DH row, K_i, goes into the origins of its children: A_i = U_i K_i. A mass
 """
 
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -54,9 +54,9 @@ def urdf_text(body: Body) -> str:
         ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=rgba)
     ET.SubElement(robot, "link", name="world")
     to_dh, origins = link_to_dh(body.table), joint_origins(body.table)
-    axes, limits = anatomical_to_link(body.table), _limits(body)
+    anatomical, limits = anatomical_to_link(body.table), _limits(body)
     for i in range(skeleton.N_DOF):
-        _add_link(robot, body, i, to_dh[i], to_dh[i] @ axes[i])
+        _add_link(robot, body, i, to_dh[i], to_dh[i] @ anatomical[i])
         _add_joint(robot, i, origins[i], limits[i])
         _add_fixed(robot, f"dh_{i + 1:02d}", LINK_NAMES[i], to_dh[i])
     if body.load.mass > 0:
@@ -150,7 +150,10 @@ def _add_backpack(robot: ET.Element, body: Body, to_dh: FloatArray) -> None:
 
 
 def _add_capsules(link: ET.Element, body: Body, i: int, place: FloatArray) -> None:
-    """Draw the segment of link i as in ``data/capsules.csv``, which gives the left side."""
+    """Draw the segment of link i as in ``data/capsules.csv``, which gives the left side.
+
+    The table is in anatomical axes, whose place (4, 4) is in the link.
+    """
     segment, side = LINK_NAMES[i][4:], LINK_NAMES[i][-2:]
     flip = _TO_THE_RIGHT if side == "_r" else np.ones(3)
     for row in data.rows("capsules"):
@@ -160,7 +163,7 @@ def _add_capsules(link: ET.Element, body: Body, i: int, place: FloatArray) -> No
             _add_capsule(link, (start, stop), body.measures.length(row["radius"]), row["colour"])
 
 
-def _point(row: dict[str, str], end: str, measures: Anthropometry) -> FloatArray:
+def _point(row: Mapping[str, str], end: str, measures: Anthropometry) -> FloatArray:
     return np.array([measures.length(row[axis + end]) for axis in "xyz"])
 
 

@@ -606,22 +606,45 @@ def test_a_schedule_leads_to_any_barrier_in_a_few_stages(schedule):
 
 @pytest.mark.parametrize("warm", [False, True])
 def test_the_barriers_of_a_solve_are_those_of_its_schedule(monkeypatch, warm):
-    """A warm one begins lower, and none goes below a tenth of the products that are asked for."""
-    step, seen = room._Method.step, []
+    """A stage ends as soon as its error is small enough; the last asks for a tenth of the goal."""
+    step, seen, ended = room._Method.step, [], []
+    schedule = room._WARM if warm else room._COLD
+
+    def over(method, state, barrier):
+        return method.error(state, barrier).largest <= schedule.patience * barrier
 
     def noted(self, state, barrier, damping, filtered):
+        ended.append([over(self, state, earlier) for earlier in (*seen[-1:], barrier)])
         seen.append(barrier)
         return step(self, state, barrier, damping, filtered)
 
     first = minimise(valley(), VALLEY_START, TIGHT)
     monkeypatch.setattr(room._Method, "step", noted)
-    schedule = room._WARM if warm else room._COLD
     end = minimise(valley(), VALLEY_START, TIGHT, first.duals if warm else None)
     assert end.solved
     assert seen[0] == schedule.first
     last = room._LAST_BARRIER * TIGHT.complementary
-    assert all(b == a or b <= max(schedule.after(a), last) for a, b in pairwise(seen))
     assert last == min(seen) < max(seen)
+    assert not any(now for (*_, now), barrier in zip(ended, seen, strict=True) if barrier > last)
+    for (before, _), (earlier, barrier) in zip(ended[1:], pairwise(seen), strict=True):
+        assert before == (barrier < earlier) or barrier == last
+        assert barrier == earlier or barrier <= max(schedule.after(earlier), last)
+
+
+def test_a_warm_start_that_begins_anew_is_a_cold_one(monkeypatch):
+    step, seen = room._Method.step, []
+
+    def refuse_once(self, state, barrier, damping, filtered):
+        seen.append((barrier, self.error(state, barrier).largest))
+        return None if len(seen) == 1 else step(self, state, barrier, damping, filtered)
+
+    duals = minimise(valley(), VALLEY_START, TIGHT).duals
+    monkeypatch.setattr(room._Method, "step", refuse_once)
+    assert minimise(valley(), VALLEY_START, TIGHT, duals).solved
+    assert seen[1][0] == room._COLD.first
+    last = room._LAST_BARRIER * TIGHT.complementary
+    stages = [(barrier, error) for barrier, error in seen[1:] if barrier > last]
+    assert all(error > room._COLD.patience * barrier for barrier, error in stages)
 
 
 def test_errors_count_relative_to_multipliers_above_a_hundred():

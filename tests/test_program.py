@@ -64,6 +64,40 @@ def test_the_torques_do_not_depend_on_the_engine(pair):
     assert_same(found.muscle_torque.value, expected.muscle_torque.value)
 
 
+def test_a_stage_is_built_from_nothing_that_was_evaluated_before(pair):
+    """Building observes nothing, and is the same however often and wherever the program was."""
+    for program in pair.programs:
+        told = []
+        program.watched_by(told.append)
+        stages = [program.posture(program.guess(), 1.0, 0.1) for _ in range(2)]
+        assert (told, program.evaluations) == ([], 0)
+        program.cost(pair.free)
+        program.observe = None
+        stages += [program.posture(program.guess(), 1.0, 0.1) for _ in range(8)]
+        first, *others = (linear_rows(stage) for stage in stages)
+        assert len(first) == 3 * 2
+        for other in others:
+            for found, expected in zip(other, first, strict=True):
+                np.testing.assert_array_equal(found, expected)
+
+
+def linear_rows(stage):
+    """Matrices and bounds of the linear rows of a stage."""
+    rows = [binding.evaluator() for binding in stage.prog.linear_constraints()]
+    return [part for r in rows for part in (r.GetDenseA(), r.lower_bound(), r.upper_bound())]
+
+
+def test_linear_rows_are_those_of_their_constraints_everywhere(pair):
+    program = pair.programs[0]
+    rows = iter(program.torques.prog.linear_constraints())
+    x = pair.free / program.unit
+    for constraint in (one for one in program.constraints if one.linear):
+        binding, value = next(rows).evaluator(), program.rows(constraint, pair.free).value
+        found = binding.GetDenseA() @ x
+        assert_same(found - binding.lower_bound(), value - constraint.lower, 1e-12)
+        assert_same(binding.upper_bound() - found, constraint.upper - value, 1e-12)
+
+
 def test_an_unknown_dynamics_is_refused():
     with pytest.raises(ValueError, match="newton"):
         build_program(TASKS["plain"], dynamics="newton")

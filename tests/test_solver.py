@@ -244,6 +244,23 @@ def test_snopt_starts_where_it_is_told(program, short):
     assert np.count_nonzero(moved) < 5
 
 
+def test_a_start_that_was_evaluated_before_is_told_too(program, solver, short):
+    """Twice from one start, the second time right after a look at it."""
+    short(1)
+    told = [[], []]
+    for one in told:
+        solve(program, solver, start=near_walk(program), tell=one.append)
+        program.cost(one[0].free)
+    np.testing.assert_array_equal(told[1][0].free, told[0][0].free)
+
+
+def test_a_solve_tells_nothing_of_a_guess_that_it_was_not_given(program, solver, short):
+    short(1)
+    told = []
+    solve(program, solver, tell=told.append, guess=near_walk(program), weights=(0.3, 1e-2))
+    assert all(np.abs(now.free - program.guess()).max() > 1e-3 for now in told)
+
+
 def test_the_same_start_leads_to_the_same_gait(solver, short):
     short(2)
     ends = [solve(small_problem(), solver) for _ in range(2)]

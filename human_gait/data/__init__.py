@@ -1,12 +1,14 @@
 """The tables of the body: every row names its source or its assumption."""
 
 import csv
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from types import MappingProxyType
 
 
 @cache
-def rows(table: str) -> tuple[dict[str, str], ...]:
+def rows(table: str) -> tuple[Mapping[str, str], ...]:
     """Return the rows of one of the package's CSV tables, keyed by column.
 
     Parameters
@@ -16,4 +18,4 @@ def rows(table: str) -> tuple[dict[str, str], ...]:
         ``passive_joints``, ``markers``.
     """
     text = (files(__name__) / f"{table}.csv").read_text(encoding="utf-8")
-    return tuple(csv.DictReader(text.splitlines()))
+    return tuple(map(MappingProxyType, csv.DictReader(text.splitlines())))
