@@ -24,7 +24,6 @@ from human_gait.exceptions import ModelError
 from human_gait.model import build_model
 from human_gait.recursive_lagrangian import ExternalLoad, inverse_dynamics
 from human_gait.skeleton import N_DOF
-from human_gait.spatial import cross
 from human_gait.urdf import JOINT_NAMES, LINK_NAMES, link_to_dh, urdf_text
 
 FloatArray = npt.NDArray[np.float64]
@@ -87,7 +86,7 @@ class PinocchioEngine:
             to_joint = self._data.oMi[joint].rotation.T
             point = to_dh[:3, :3] @ load.point[k] + to_dh[:3, 3]
             force, moment = to_joint @ load.force[k], to_joint @ load.moment[k]
-            forces[joint] += pin.Force(force, moment + cross(point, force))
+            forces[joint] += pin.Force(force, moment + np.cross(point, force))
         return forces
 
 
@@ -171,7 +170,7 @@ class DrakeEngine:
         body = self._links[link]
         origin = self.plant.EvalBodyPoseInWorld(self._context, body).translation()
         moving = self.plant.EvalBodySpatialVelocityInWorld(self._context, body)
-        return np.asarray(moving.translational() + cross(moving.rotational(), place - origin))
+        return np.asarray(moving.translational() + np.cross(moving.rotational(), place - origin))
 
     def _pose(self, link: int) -> Any:
         return self._dh_frames[link].CalcPoseInWorld(self._context)
@@ -190,12 +189,12 @@ class DrakeEngine:
         """Return moment about the world's origin and force (6,) of gravity."""
         weight = self._mass * GRAVITY
         centre = self.plant.CalcCenterOfMassPositionInWorld(self._context)
-        return np.concatenate([cross(centre, weight), weight])
+        return np.concatenate([np.cross(centre, weight), weight])
 
     def _wrench(self, load: ExternalLoad, k: int) -> FloatArray:
         """Return moment about the world's origin and force (6,) of a load."""
         point = self._pose(load.link).multiply(load.point[k])
-        moment = cross(point, load.force[k]) + load.moment[k]
+        moment = np.cross(point, load.force[k]) + load.moment[k]
         return np.concatenate([moment, load.force[k]])
 
     def _power(self, load: ExternalLoad, k: int) -> float:
