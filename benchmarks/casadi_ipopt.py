@@ -19,7 +19,7 @@ from typing import Any
 import casadi
 import numpy as np
 
-from human_gait.nonlinear_program import Duals, End, FloatArray, IntArray, NonlinearProgram
+from human_gait.newton.nonlinear_program import Duals, End, FloatArray, IntArray, NonlinearProgram
 
 Evaluate = Callable[[Sequence[FloatArray | None], Sequence[FloatArray | None]], None]
 

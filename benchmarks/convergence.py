@@ -20,15 +20,15 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
 
+from human_gait.checks.verification import verify
 from human_gait.exceptions import ResultError
-from human_gait.gait import Gait
-from human_gait.gait_cycle import gait_cycle
-from human_gait.gait_file import load_gait, make_record, save_gait
-from human_gait.program import build_program, refined_program
-from human_gait.reference import references_near, scores
+from human_gait.people.reference import references_near, scores
+from human_gait.problem.program import build_program, refined_program
 from human_gait.scenario import Scenario, load_scenario
-from human_gait.solver import Solution, solve
-from human_gait.verification import verify
+from human_gait.solving.solver import Solution, solve
+from human_gait.walk.gait import Gait
+from human_gait.walk.gait_cycle import gait_cycle
+from human_gait.walk.gait_file import load_gait, make_record, save_gait
 
 SOLVER = "snopt"  # that the page on convergence was made with
 SCENARIOS = Path(__file__).parent.parent / "scenarios"

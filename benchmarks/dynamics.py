@@ -23,8 +23,8 @@ import numpy.typing as npt
 from rich.console import Console
 from rich.table import Table
 
-from human_gait.dynamics import ENGINES, make_dynamics
-from human_gait.program import build_program
+from human_gait.dynamics.inverse_dynamics import ENGINES, make_dynamics
+from human_gait.problem.program import build_program
 from human_gait.scenario import Scenario, load_scenario
 
 FloatArray = npt.NDArray[np.float64]

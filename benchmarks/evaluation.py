@@ -38,13 +38,13 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from human_gait.body import make_body
-from human_gait.dynamics import make_dynamics
-from human_gait.lagrangian import Lagrangian
-from human_gait.model import build_model
-from human_gait.program import GaitProgram, build_program
+from human_gait.body.links import make_body
+from human_gait.body.model import build_model
+from human_gait.dynamics.inverse_dynamics import make_dynamics
+from human_gait.problem.lagrangian import Lagrangian
+from human_gait.problem.program import GaitProgram, build_program
 from human_gait.scenario import Scenario, load_scenario
-from human_gait.solver import Solution, solve
+from human_gait.solving.solver import Solution, solve
 
 NORMAL = Path(__file__).parent.parent / "scenarios" / "normal.toml"
 SOURCE = Path(__file__).with_name("second_derivatives.cpp")
@@ -62,35 +62,50 @@ OUTSIDE = {
 SEAM = "AutoDiff seam"
 PARTS: dict[str, dict[str, tuple[str, ...]]] = {
     "dynamics": {
-        "human_gait.dynamics:PinocchioDynamics": ("inverse",),
-        "human_gait.dynamics:RecursiveDynamics": ("inverse",),
+        "human_gait.dynamics.inverse_dynamics:PinocchioDynamics": ("inverse",),
+        "human_gait.dynamics.inverse_dynamics:RecursiveDynamics": ("inverse",),
     },
     "ground reaction and joint torques": {
-        "human_gait.instant": ("ground_reaction", "joint_torques")
+        "human_gait.walk.instant": ("ground_reaction", "joint_torques")
     },
-    "feet": {"human_gait.feet:Feet": ("motion",)},
+    "feet": {"human_gait.walk.feet:Feet": ("motion",)},
     "passive joints": {  # and taking their torques away from the others
-        "human_gait.passive:PassiveJoints": ("torque",),
-        "human_gait.instant:Walker": ("at",),
+        "human_gait.dynamics.tissues:PassiveJoints": ("torque",),
+        "human_gait.walk.instant:Walker": ("at",),
     },
-    "objective": {"human_gait.program": ("torque_squared", "lean_on_torques")},
+    "objective": {"human_gait.problem.program": ("torque_squared", "lean_on_torques")},
     "rows of the constraints": {
-        "human_gait.program:GaitProgram": ("rows", "residual"),
-        "human_gait.constraints:Constraint": ("lean",),
+        "human_gait.problem.program:GaitProgram": ("rows", "residual"),
+        "human_gait.problem.constraints:Constraint": ("lean",),
     },
-    "second derivatives on the tree": {"human_gait.curvature:TreeCurvature": ("hessian",)},
-    "other second derivatives": {"human_gait.instant:Walker": ("second_derivatives",)},
+    "second derivatives on the tree": {
+        "human_gait.dynamics.second_derivatives:TreeCurvature": ("hessian",)
+    },
+    "other second derivatives": {"human_gait.walk.instant:Walker": ("second_derivatives",)},
     "chain rule, first derivatives": {
-        "human_gait.transcription:Transcription": ("motion", "gradient", "values", "jacobian")
+        "human_gait.problem.transcription:Transcription": (
+            "motion",
+            "gradient",
+            "values",
+            "jacobian",
+        )
     },
-    "chain rule, second derivatives": {"human_gait.transcription:Transcription": ("hessian",)},
+    "chain rule, second derivatives": {
+        "human_gait.problem.transcription:Transcription": ("hessian",)
+    },
     "putting the Lagrangian together": {
-        "human_gait.program:GaitProgram": ("hessian",),
-        "human_gait.lagrangian:Lagrangian": ("cost", "gradient", "rows", "jacobian", "hessian"),
+        "human_gait.problem.program:GaitProgram": ("hessian",),
+        "human_gait.problem.lagrangian:Lagrangian": (
+            "cost",
+            "gradient",
+            "rows",
+            "jacobian",
+            "hessian",
+        ),
     },
     "watch": {
-        "human_gait.solver:_Watch": ("__call__",),
-        "human_gait.program:GaitProgram": ("violations",),
+        "human_gait.solving.solver:_Watch": ("__call__",),
+        "human_gait.problem.program:GaitProgram": ("violations",),
     },
 }
 """Functions by the part that their time belongs to, without that of the parts that they call."""
@@ -160,7 +175,7 @@ def patched(clock: Clock) -> Iterator[None]:
             for owner, names in owners.items():
                 for name in names:
                     put(resolve_name(owner), name, lambda f, part=part: clock.timed(part, f))
-        seam = resolve_name("human_gait.program")
+        seam = resolve_name("human_gait.problem.program")
         put(seam, "_seam", lambda make: lambda *given: clock.timed(SEAM, make(*given)))
         yield
     finally:

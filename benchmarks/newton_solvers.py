@@ -22,10 +22,10 @@ from rich.table import Table
 from speed import CONTROL_POINTS, INTERVALS, SCENARIOS
 from threadpoolctl import threadpool_limits
 
-from human_gait import interior_point
-from human_gait.lagrangian import Lagrangian
-from human_gait.nonlinear_program import NonlinearProgram
-from human_gait.program import build_program
+from human_gait.newton import interior_point
+from human_gait.newton.nonlinear_program import NonlinearProgram
+from human_gait.problem.lagrangian import Lagrangian
+from human_gait.problem.program import build_program
 
 METHODS = {"ours": interior_point.minimise, "IPOPT": casadi_ipopt.minimise}
 FUNCTIONS = ("cost", "gradient", "rows", "jacobian", "hessian")

@@ -20,12 +20,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from human_gait.gait_file import make_record
-from human_gait.program import GaitProgram, build_program
+from human_gait.checks.verification import verify
+from human_gait.problem.program import GaitProgram, build_program
 from human_gait.scenario import Scenario, load_scenario
-from human_gait.solver import Solution, solve
-from human_gait.verification import verify
-from human_gait.warm_start import adapted, fitting
+from human_gait.solving.solver import Solution, solve
+from human_gait.solving.warm_start import adapted, fitting
+from human_gait.walk.gait_file import make_record
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
 FEW = 6  # up to here clamped splines: mirrored ones leave too little freedom

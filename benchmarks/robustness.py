@@ -31,13 +31,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemaining
 from rich.table import Table
 from scipy.stats import qmc
 
-from human_gait.diagnosis import suggestions
 from human_gait.exceptions import ScenarioError
-from human_gait.gait_file import save_gait
-from human_gait.ladder import best, climb, disturbed
-from human_gait.program import build_program
+from human_gait.problem.program import build_program
 from human_gait.scenario import Scenario
-from human_gait.solver import SOLVERS
+from human_gait.solving.diagnosis import suggestions
+from human_gait.solving.solver import SOLVERS
+from human_gait.solving.starts import best, climb, disturbed
+from human_gait.walk.gait_file import save_gait
 
 SIZE = 200
 _TURNED = 150  # neighbours of a Sobol sequence lie in opposite halves: from here on, the other sex

@@ -14,13 +14,13 @@ from human_gait.scenario import Scenario, load_scenario
 
 # Made available on first use: a solver or a browser viewer takes up to a second to import.
 _ROOM_OF = {
-    "Gait": "gait",
-    "bspline_trajectory": "program",
-    "build_program": "program",
-    "play": "playback",
+    "Gait": "walk.gait",
+    "bspline_trajectory": "problem.program",
+    "build_program": "problem.program",
+    "play": "playback.page",
     "predict": "prediction",
-    "solve": "solver",
-    "verify": "verification",
+    "solve": "solving.solver",
+    "verify": "checks.verification",
 }
 
 __all__ = [

@@ -20,7 +20,7 @@ import typer
 
 from human_gait.exceptions import GaitError, NoSolutionFound, ResultError, ScenarioError
 from human_gait.output import Outlet, outlet
-from human_gait.result_folder import MARK, whole_file
+from human_gait.results.folder import MARK, whole_file
 from human_gait.scenario import Subject, load_scenario
 
 NO_SOLUTION = 1
@@ -166,8 +166,8 @@ def refine(
     check_result(folder)
     target = out or folder.with_name(f"{folder.name}-refined")
     check_writable(target)
-    from human_gait.gait_file import load_gait
     from human_gait.prediction import refine_to_folder
+    from human_gait.walk.gait_file import load_gait
 
     gait = load_gait(folder)
     n = gait.basis.n_control_points + 2 if control_points is None else control_points
@@ -194,7 +194,7 @@ def explain(folder: ResultFolder) -> None:
     check_result(folder)
     from rich.console import Console
 
-    from human_gait.explanation import explained
+    from human_gait.results.explanation import explained
 
     shown = explained(folder)
     Console(highlight=False, markup=False).print(shown, soft_wrap=isinstance(shown, str))
@@ -222,20 +222,20 @@ def play(
         check_result(second)
     elif overlay:
         raise typer.BadParameter("needs a second result, DIR2", param_hint="--overlay")
-    from human_gait.gait_file import load_gait
+    from human_gait.walk.gait_file import load_gait
 
     gait = load_gait(folder)
     pair: dict[str, Any] = {}
     if second:
         pair = {"second": load_gait(second), "overlay": overlay}
     if save:
-        from human_gait.playback import save_playback
+        from human_gait.playback.page import save_playback
 
         with whole_file(save) as path:
             save_playback(gait, path, **pair)
         typer.echo(f"wrote {save}")
     else:
-        from human_gait.playback import play as play_live
+        from human_gait.playback.page import play as play_live
 
         play_live(gait, host=host, **pair)
 
@@ -244,9 +244,9 @@ def play(
 def plot(folder: ResultFolder) -> None:
     """Draw the plots of a result again, and its animation, playback.html."""
     check_result(folder)
-    from human_gait.gait_file import load_gait
-    from human_gait.playback import save_playback
-    from human_gait.plots import PLOTS, save_plots
+    from human_gait.pictures.plots import PLOTS, save_plots
+    from human_gait.playback.page import save_playback
+    from human_gait.walk.gait_file import load_gait
 
     gait = load_gait(folder)
     save_plots(gait, folder)
@@ -261,7 +261,7 @@ def compare(folder: ResultFolder) -> None:
     check_result(folder)
     from rich.console import Console
 
-    from human_gait.comparison import FILES, compare_to_folder
+    from human_gait.people.comparison import FILES, compare_to_folder
 
     Console().print(compare_to_folder(folder))
     typer.echo(f"wrote {', '.join(FILES)} to {folder}")
@@ -280,7 +280,7 @@ def report(
     """Write one page about a result, or about several side by side: figures, tables, checks."""
     for folder in folders:
         check_result(folder)
-    from human_gait.report import report_to_file
+    from human_gait.reporting.page import report_to_file
 
     typer.echo(f"wrote {report_to_file(folders, out)}")
 
@@ -296,7 +296,7 @@ def figures(
     ] = None,
 ) -> None:
     """Draw figures 7 to 12 of the paper from the results of its walks."""
-    from human_gait.paper_figures import failed_results, save_figures
+    from human_gait.pictures.paper_figures import failed_results, save_figures
 
     folder = out or results / "figures"
     files = save_figures(results, folder)
@@ -329,9 +329,9 @@ def export(
 ) -> None:
     """Write one stride of a result for OpenSim, motion capture, animation and robot programs."""
     check_result(folder)
-    from human_gait.export import FORMATS, RATES, export_gait
-    from human_gait.export_names import FOLDER
-    from human_gait.gait_file import load_gait
+    from human_gait.export.formats import FORMATS, RATES, export_gait
+    from human_gait.results.names import FOLDER
+    from human_gait.walk.gait_file import load_gait
 
     if rate is not None and not RATES[0] <= rate <= RATES[1]:
         raise GaitError(f"--rate = {rate}: must be from {RATES[0]} to {RATES[1]} Hz")
@@ -352,9 +352,9 @@ def urdf(
     ] = None,
 ) -> None:
     """Write the body as a URDF file."""
-    from human_gait.body import make_body
+    from human_gait.body.links import make_body
+    from human_gait.body.urdf import urdf_text
     from human_gait.scenario import Load
-    from human_gait.urdf import urdf_text
 
     task = load_scenario(scenario) if scenario else None
     body = make_body(task.subject, task.load) if task else make_body(Subject.default(), Load())

@@ -11,34 +11,30 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-import numpy.typing as npt
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from human_gait import export_names
-from human_gait.agreement import FILE as AGREEMENT
-from human_gait.agreement import agreement_to_folder
-from human_gait.diagnosis import check_text, not_kept, suggestions, violation_text
+from human_gait.checks.verification import Check, verify
 from human_gait.exceptions import NoSolutionFound, ResultError
-from human_gait.explanation import FILE as EXPLANATION
-from human_gait.explanation import diagnosis_text
-from human_gait.gait import Gait
-from human_gait.gait_cycle import save_gait_cycle
-from human_gait.gait_file import FILE, load_gait, load_record, save_gait
-from human_gait.influence import influences
-from human_gait.ladder import GIVEN, OWN_GUESS, WARM, Attempt, Start, best, climb
-from human_gait.program import GaitProgram, build_program, refined_program
-from human_gait.result_folder import replaced_folder, whole_file
+from human_gait.people.agreement import FILE as AGREEMENT
+from human_gait.people.agreement import agreement_to_folder
+from human_gait.problem.program import GaitProgram, build_program, refined_program
+from human_gait.results import names as export_names
+from human_gait.results.explanation import FILE as EXPLANATION
+from human_gait.results.explanation import diagnosis_text
+from human_gait.results.folder import replaced_folder, whole_file
 from human_gait.scenario import Scenario
-from human_gait.solver import SOLVERS, Iterate, Solution, posture
-from human_gait.verification import Check, verify
-from human_gait.warm_start import FILE as MULTIPLIERS
-from human_gait.warm_start import adapted, fitting, load_multipliers, save_multipliers
-
-FloatArray = npt.NDArray[np.float64]
+from human_gait.solving.diagnosis import check_text, not_kept, suggestions, violation_text
+from human_gait.solving.shadow_prices import influences
+from human_gait.solving.solver import SOLVERS, Iterate, Solution, posture
+from human_gait.solving.starts import GIVEN, OWN_GUESS, WARM, Attempt, Start, best, climb
+from human_gait.solving.warm_start import FILE as MULTIPLIERS
+from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
+from human_gait.walk.gait import Gait
+from human_gait.walk.gait_cycle import save_gait_cycle
+from human_gait.walk.gait_file import FILE, load_gait, load_record, save_gait
 
 SUMMARY, VERIFICATION = "summary.json", "verification.json"
 _RESULT = (
@@ -316,8 +312,8 @@ def _by_name(checks: list[Check]) -> dict[str, dict[str, Any]]:
 
 def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> Attempt:
     """Write a result; return the attempt with the checks of the file that was written."""
-    from human_gait.playback import save_playback  # noqa: PLC0415, half a second to import
-    from human_gait.plots import save_plots  # noqa: PLC0415, the same
+    from human_gait.pictures.plots import save_plots  # noqa: PLC0415, the same
+    from human_gait.playback.page import save_playback  # noqa: PLC0415, half a second to import
 
     gait = kept.solution.gait
     with replaced_folder(folder, OURS) as new:

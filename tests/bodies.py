@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from human_gait import skeleton
-from human_gait.body import make_body
-from human_gait.recursive_lagrangian import ExternalLoad
+from human_gait.body import skeleton
+from human_gait.body.links import make_body
+from human_gait.dynamics.recursive_lagrangian import ExternalLoad
 from human_gait.scenario import Load, Subject
 
 MALE = make_body(Subject.default("male"))

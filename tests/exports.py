@@ -6,10 +6,10 @@ import numpy as np
 import pinocchio as pin
 from walks import BACKPACK, near_walk, scenario
 
-from human_gait.markers import marker_set
-from human_gait.model import build_model
-from human_gait.program import build_program
-from human_gait.skeleton import SEGMENTS
+from human_gait.body.model import build_model
+from human_gait.body.skeleton import SEGMENTS
+from human_gait.export.markers import marker_set
+from human_gait.problem.program import build_program
 
 LOADS = {
     "no load": {},

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from pydrake.solvers import MathematicalProgram
 
-from human_gait import solver as room
-from human_gait.interior_point import Goal, minimise
-from human_gait.nonlinear_program import NonlinearProgram
+from human_gait.newton.interior_point import Goal, minimise
+from human_gait.newton.nonlinear_program import NonlinearProgram
+from human_gait.solving import solver as room
 
 
 def numbers(*values):

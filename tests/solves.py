@@ -7,11 +7,11 @@ from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
 
-from human_gait.gait_cycle import load_gait_cycle
-from human_gait.gait_file import load_gait
 from human_gait.prediction import predict_to_folder
 from human_gait.scenario import load_scenario
-from human_gait.solver import SOLVERS
+from human_gait.solving.solver import SOLVERS
+from human_gait.walk.gait_cycle import load_gait_cycle
+from human_gait.walk.gait_file import load_gait
 
 SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from small_problems import VALLEY_END, corner, cube, left, numbers, valley
 
-from human_gait import active_set as room
-from human_gait.active_set import LOST, OPTIMAL, _Homotopy, _optimal, _shortened, follow
-from human_gait.interior_point import Goal, minimise
-from human_gait.nonlinear_program import Duals, Stacked
-from human_gait.quadratic import bounds_of
+from human_gait.newton import active_set as room
+from human_gait.newton.active_set import LOST, OPTIMAL, _Homotopy, _optimal, _shortened, follow
+from human_gait.newton.interior_point import Goal, minimise
+from human_gait.newton.nonlinear_program import Duals, Stacked
+from human_gait.newton.quadratic import bounds_of
 
 TIGHT = Goal(1e-10, 1e-10, 1e-10)
 

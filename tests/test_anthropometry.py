@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from bodies import FEMALE, MALE
 
-from human_gait import dh, skeleton
-from human_gait.anthropometry import Segment, body_measures, combine, symmetric_inertia
+from human_gait.body import dh, skeleton
+from human_gait.body.anthropometry import Segment, body_measures, combine, symmetric_inertia
 from human_gait.scenario import Subject
 
 SUBJECTS = [

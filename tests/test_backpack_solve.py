@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from solves import solved
 
-from human_gait.agreement import curve_differences
-from human_gait.skeleton import GRAVITY
+from human_gait.body.skeleton import GRAVITY
+from human_gait.people.agreement import curve_differences
 
 pytestmark = pytest.mark.solve
 

@@ -3,8 +3,8 @@ import pytest
 from bodies import BODIES, LOADED, MALE
 from scipy.spatial import ConvexHull
 
-from human_gait import dh, skeleton
-from human_gait.body import make_body
+from human_gait.body import dh, skeleton
+from human_gait.body.links import make_body
 from human_gait.scenario import Load
 
 

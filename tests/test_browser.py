@@ -17,12 +17,12 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
 from walking import guessed_gait
 
-from human_gait.bspline import Basis
-from human_gait.gait import Gait
-from human_gait.gait_file import FILE, save_gait
-from human_gait.playback import TORQUE_COLOURS, save_playback
+from human_gait.body.skeleton import index
+from human_gait.playback.page import TORQUE_COLOURS, save_playback
 from human_gait.scenario import Scenario
-from human_gait.skeleton import index
+from human_gait.walk.bspline import Basis
+from human_gait.walk.gait import Gait
+from human_gait.walk.gait_file import FILE, save_gait
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 DRIVER = shutil.which("chromedriver")

@@ -3,11 +3,11 @@ import pytest
 from scipy.interpolate import BSpline
 from walks import scenario
 
-from human_gait import bspline
-from human_gait.bspline import Basis
-from human_gait.gait import Gait
-from human_gait.program import bspline_trajectory
-from human_gait.skeleton import N_DOF, index, mirror
+from human_gait.body.skeleton import N_DOF, index, mirror
+from human_gait.problem.program import bspline_trajectory
+from human_gait.walk import bspline
+from human_gait.walk.bspline import Basis
+from human_gait.walk.gait import Gait
 
 T, L = 0.55, 0.66
 BASES = {

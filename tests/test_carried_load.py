@@ -5,15 +5,15 @@ import pytest
 from bodies import random_states
 from walks import BACKPACK, near_walk, scenario
 
-from human_gait.body import GRAVITY, make_body
-from human_gait.carried_load import THORAX, CarriedForce
-from human_gait.dynamics import PinocchioDynamics
-from human_gait.gait_file import make_record
-from human_gait.instant import Walker
-from human_gait.program import build_program
-from human_gait.recursive_lagrangian import ExternalLoad, inverse_dynamics
+from human_gait.body.links import GRAVITY, make_body
+from human_gait.checks.verification import verify
+from human_gait.dynamics.carried_load import THORAX, CarriedForce
+from human_gait.dynamics.inverse_dynamics import PinocchioDynamics
+from human_gait.dynamics.recursive_lagrangian import ExternalLoad, inverse_dynamics
+from human_gait.problem.program import build_program
 from human_gait.scenario import Load, Subject
-from human_gait.verification import verify
+from human_gait.walk.gait_file import make_record
+from human_gait.walk.instant import Walker
 
 SUBJECT = Subject.default("male")
 PACK = {"mass": 18.0, "position": (0.02, 0.05, -0.22)}

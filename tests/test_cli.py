@@ -11,7 +11,7 @@ from walking import guessed_gait
 
 from human_gait import cli
 from human_gait.exceptions import ModelError, NoSolutionFound, ResultError
-from human_gait.gait_file import save_gait
+from human_gait.walk.gait_file import save_gait
 
 ROOT = Path(__file__).resolve().parent.parent
 NORMAL = str(ROOT / "scenarios" / "normal.toml")
@@ -251,14 +251,16 @@ def test_play_and_plot_take_the_result_of_the_folder(here, capsys, replace_room)
     (here / "gait.npz").write_bytes(b"")
     (here / "playback.html").write_text("old")
     taken = []
-    replace_room("gait_file", load_gait=lambda folder: f"gait of {folder}")
+    replace_room("walk.gait_file", load_gait=lambda folder: f"gait of {folder}")
     replace_room(
-        "playback",
+        "playback.page",
         play=lambda gait, host: taken.append((gait, host)),
         save_playback=lambda gait, path: path.write_text(f"page of the {gait}"),
     )
     replace_room(
-        "plots", save_plots=lambda gait, folder: taken.append((gait, folder)), PLOTS=["a", "b"]
+        "pictures.plots",
+        save_plots=lambda gait, folder: taken.append((gait, folder)),
+        PLOTS=["a", "b"],
     )
     assert cli.run(["play", "."]) == cli.run(["plot", "."]) == 0
     assert taken == [("gait of .", "127.0.0.1"), ("gait of .", Path())]
@@ -269,7 +271,9 @@ def test_play_and_plot_take_the_result_of_the_folder(here, capsys, replace_room)
 def test_a_comparison_tells_what_it_wrote(here, capsys, replace_room):
     (here / "gait.npz").write_bytes(b"")
     names = ("compare.json", "compare.png")
-    replace_room("comparison", compare_to_folder=lambda folder: f"table of {folder}", FILES=names)
+    replace_room(
+        "people.comparison", compare_to_folder=lambda folder: f"table of {folder}", FILES=names
+    )
     assert cli.run(["compare", "."]) == 0
     said = capsys.readouterr().out.splitlines()
     assert said == ["table of .", "wrote compare.json, compare.png to ."]
@@ -284,8 +288,8 @@ def test_a_file_is_no_result_folder(here, capsys, command):
 
 def test_a_page_is_saved_with_the_folders_above_it(here, capsys, replace_room):
     (here / "gait.npz").write_bytes(b"")
-    replace_room("gait_file", load_gait=lambda folder: f"gait of {folder}")
-    replace_room("playback", save_playback=lambda gait, path: path.write_text(gait))
+    replace_room("walk.gait_file", load_gait=lambda folder: f"gait of {folder}")
+    replace_room("playback.page", save_playback=lambda gait, path: path.write_text(gait))
     assert cli.run(["play", ".", "--save", "new/sub/page.html"]) == 0
     assert Path("new/sub/page.html").read_text() == "gait of ."
     assert capsys.readouterr().out == "wrote new/sub/page.html\n"
@@ -308,16 +312,16 @@ def test_an_unreadable_result_is_one_line(here, capsys, replace_room):
         raise ResultError(f"{folder}/gait.npz: not a result of human_gait")
 
     (here / "gait.npz").write_bytes(b"junk")
-    replace_room("gait_file", load_gait=load_gait)
-    replace_room("playback", play=None)
+    replace_room("walk.gait_file", load_gait=load_gait)
+    replace_room("playback.page", play=None)
     assert cli.run(["play", "."]) == cli.BAD_INPUT
     assert_one_line(capsys, "not a result")
 
 
 def test_urdf_writes_the_body_of_the_scenario(here, capsys, replace_room):
     (here / "her.toml").write_text(WALK + '[subject]\nsex = "female"\n[load]\nmass = 9\n')
-    replace_room("body", make_body=lambda subject, load: (subject.sex, load.mass))
-    replace_room("urdf", urdf_text=str)
+    replace_room("body.links", make_body=lambda subject, load: (subject.sex, load.mass))
+    replace_room("body.urdf", urdf_text=str)
     assert cli.run(["urdf"]) == 0
     assert cli.run(["urdf", "--scenario", "her.toml", "--out", "her.urdf"]) == 0
     assert (here / "urdf" / "human.urdf").read_text() == "('male', 0.0)"
@@ -360,8 +364,8 @@ def test_help_imports_no_solver_viewer_or_plotter():
 
 def test_the_choices_are_those_of_the_rooms():
     """They are written down again because importing the rooms takes seconds."""
-    from human_gait.dynamics import ENGINES
-    from human_gait.solver import SOLVERS
+    from human_gait.dynamics.inverse_dynamics import ENGINES
+    from human_gait.solving.solver import SOLVERS
 
     assert tuple(cli.DynamicsName) == ENGINES
     assert tuple(cli.SolverName) == SOLVERS

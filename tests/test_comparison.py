@@ -6,11 +6,11 @@ import pytest
 from rich.console import Console
 from test_reference import as_cycle, by_name
 
-from human_gait.comparison import compare_folder, compare_to_folder
 from human_gait.exceptions import ResultError
-from human_gait.gait_cycle import COLUMNS, PERCENT
-from human_gait.plots_compare import PANELS, compare_figure
-from human_gait.reference import references_near
+from human_gait.people.comparison import compare_folder, compare_to_folder
+from human_gait.people.pictures import PANELS, compare_figure
+from human_gait.people.reference import references_near
+from human_gait.walk.gait_cycle import COLUMNS, PERCENT
 
 SUMMARY = {"walking_speed_m_per_s": 1.2, "step_length_m": 0.66, "body_mass_kg": 78.4}
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from walks import scenario
 
-from human_gait import dh
-from human_gait.body import CONTACT_POINTS, GRAVITY
-from human_gait.constraints import friction_constraints, joint_limits, paper_constraints
-from human_gait.contact_plan import LEFT, RIGHT
+from human_gait.body import dh
+from human_gait.body.links import CONTACT_POINTS, GRAVITY
+from human_gait.body.skeleton import DOF_NAMES, index, mirror, position_limits
 from human_gait.exceptions import ScenarioError
-from human_gait.instant import Walker
-from human_gait.skeleton import DOF_NAMES, index, mirror, position_limits
+from human_gait.problem.constraints import friction_constraints, joint_limits, paper_constraints
+from human_gait.walk.contact_plan import LEFT, RIGHT
+from human_gait.walk.instant import Walker
 
 TASK = scenario()
 WALKER = Walker(TASK)

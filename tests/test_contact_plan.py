@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from walks import PEOPLE, scenario
 
-from human_gait.body import make_body
-from human_gait.contact_plan import (
+from human_gait.body.links import make_body
+from human_gait.walk.contact_plan import (
     BALL_LATERAL,
     BALL_MEDIAL,
     HEEL,

@@ -13,8 +13,9 @@ from bodies import (
     random_states,
 )
 
-from human_gait import dh, skeleton
-from human_gait.dynamics import (
+from human_gait.body import dh, skeleton
+from human_gait.checks.engines import DrakeEngine, PinocchioEngine
+from human_gait.dynamics.inverse_dynamics import (
     CHAINS,
     FOOT_LINKS,
     PinocchioDynamics,
@@ -22,9 +23,8 @@ from human_gait.dynamics import (
     load_torques,
     load_torques_dq,
 )
-from human_gait.engines import DrakeEngine, PinocchioEngine
-from human_gait.jet import Linearised
-from human_gait.recursive_lagrangian import (
+from human_gait.dynamics.jet import Linearised
+from human_gait.dynamics.recursive_lagrangian import (
     ExternalLoad,
     inverse_dynamics,
     inverse_dynamics_derivatives,

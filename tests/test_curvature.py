@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from walks import BACKPACK, PEOPLE, central_difference, near_walk, scenario, walking_states
 
-from human_gait.adjoint import Adjoint
-from human_gait.body import make_body
-from human_gait.carried_load import CarriedForce
-from human_gait.curvature import TreeCurvature
-from human_gait.dynamics import (
+from human_gait.body.links import make_body
+from human_gait.dynamics.carried_load import CarriedForce
+from human_gait.dynamics.inverse_dynamics import (
     CHAINS,
     ENGINES,
     load_hessian,
@@ -16,12 +14,14 @@ from human_gait.dynamics import (
     make_dynamics,
     weighted_axes_dq,
 )
-from human_gait.feet import Feet
-from human_gait.ground_reaction import root_wrench
-from human_gait.instant import Walker
-from human_gait.objective import lean_on_torques
-from human_gait.passive import PassiveJoints
-from human_gait.program import build_program
+from human_gait.dynamics.second_derivatives import TreeCurvature
+from human_gait.dynamics.tissues import PassiveJoints
+from human_gait.problem.objective import lean_on_torques
+from human_gait.problem.program import build_program
+from human_gait.walk.adjoint import Adjoint
+from human_gait.walk.feet import Feet
+from human_gait.walk.ground_reaction import root_wrench
+from human_gait.walk.instant import Walker
 
 RNG = np.random.default_rng(0)
 TOLERANCE = 1e-7  # of the largest: rounding leaves 1e-10 of the gradients over a step of 1e-6

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from bodies import BODIES, MALE, random_states
 
-from human_gait import data, dh, skeleton
+from human_gait import data
+from human_gait.body import dh, skeleton
 
 AXES = {"x": 0, "y": 1, "z": 2}
 

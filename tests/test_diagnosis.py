@@ -10,17 +10,17 @@ from walking import guessed_gait
 from walks import PEOPLE, scenario
 
 from human_gait import cli
-from human_gait import solver as solver_room
-from human_gait.diagnosis import amount, not_kept, suggestions, violation_text
+from human_gait.body.skeleton import DOF_NAMES, N_DOF, in_words, index
+from human_gait.checks.verification import FRICTION, Check
 from human_gait.exceptions import ResultError
-from human_gait.explanation import explained
-from human_gait.gait_cycle import save_gait_cycle
-from human_gait.gait_file import save_gait
-from human_gait.influence import _MEANING, NEGLIGIBLE, STEPS, _limit_row, influences
-from human_gait.program import COST_SCALE, LIMITS, SYMMETRY, Stage, Violation, build_program
-from human_gait.skeleton import DOF_NAMES, N_DOF, in_words, index
-from human_gait.solver import SOLVERS, Solution, solve
-from human_gait.verification import FRICTION, Check
+from human_gait.problem.program import COST_SCALE, LIMITS, SYMMETRY, Stage, Violation, build_program
+from human_gait.results.explanation import explained
+from human_gait.solving import solver as solver_room
+from human_gait.solving.diagnosis import amount, not_kept, suggestions, violation_text
+from human_gait.solving.shadow_prices import _MEANING, NEGLIGIBLE, STEPS, _limit_row, influences
+from human_gait.solving.solver import SOLVERS, Solution, solve
+from human_gait.walk.gait_cycle import save_gait_cycle
+from human_gait.walk.gait_file import save_gait
 
 DEFAULTS = {"control_points": 8, "intervals": 20}
 FOOT = Violation("contact position", "20, 21", "m", 0.012, 0.1, "left heel, forward")

@@ -4,11 +4,11 @@ import pytest
 import yourdfpy
 from bodies import BODIES
 
-from human_gait.engines import drake_plant
+from human_gait.body.model import _check_order, build_model
+from human_gait.body.skeleton import DOF_NAMES
+from human_gait.body.urdf import JOINT_NAMES, urdf_text
+from human_gait.checks.engines import drake_plant
 from human_gait.exceptions import ModelError
-from human_gait.model import _check_order, build_model
-from human_gait.skeleton import DOF_NAMES
-from human_gait.urdf import JOINT_NAMES, urdf_text
 
 
 def test_joint_names_are_the_dof_names_with_the_papers_numbers():

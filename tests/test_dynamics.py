@@ -5,8 +5,9 @@ import pinocchio as pin
 import pytest
 from bodies import BODIES, random_states
 
-from human_gait import skeleton
-from human_gait.dynamics import (
+from human_gait.body import skeleton
+from human_gait.body.model import build_model
+from human_gait.dynamics.inverse_dynamics import (
     CHAINS,
     ENGINES,
     FOOT_LINKS,
@@ -16,7 +17,6 @@ from human_gait.dynamics import (
     load_torques,
     make_dynamics,
 )
-from human_gait.model import build_model
 
 K = 4
 

@@ -14,13 +14,15 @@ import pytest
 import yourdfpy
 from exports import joint_centres, link_poses, marker_places, walking
 
-from human_gait import cli, export, export_names
+from human_gait import cli
+from human_gait.body.skeleton import DOF_NAMES, SEGMENTS, index, mirror
+from human_gait.body.urdf import JOINT_NAMES, LINK_NAMES
 from human_gait.exceptions import ResultError
-from human_gait.export import FORMATS, RATES, export_gait, sampled
-from human_gait.gait_file import save_gait
-from human_gait.markers import marker_set
-from human_gait.skeleton import DOF_NAMES, SEGMENTS, index, mirror
-from human_gait.urdf import JOINT_NAMES, LINK_NAMES
+from human_gait.export import formats as export
+from human_gait.export.formats import FORMATS, RATES, export_gait, sampled
+from human_gait.export.markers import marker_set
+from human_gait.results import names as export_names
+from human_gait.walk.gait_file import save_gait
 
 FILES = {
     "osim": {"model.osim"},

@@ -14,12 +14,12 @@ import pytest
 from exports import LOADS, from_opensim, joint_centres, marker_places, walking
 from solves import solved
 
-from human_gait.export import MARGIN, export_gait, sampled
-from human_gait.gait_file import carried_mass
-from human_gait.markers import marker_set
-from human_gait.model import build_model
-from human_gait.skeleton import DOF_NAMES, SEGMENTS, position_limits
-from human_gait.urdf import urdf_text
+from human_gait.body.model import build_model
+from human_gait.body.skeleton import DOF_NAMES, SEGMENTS, position_limits
+from human_gait.body.urdf import urdf_text
+from human_gait.export.formats import MARGIN, export_gait, sampled
+from human_gait.export.markers import marker_set
+from human_gait.walk.gait_file import carried_mass
 
 READER = Path(__file__).with_name("opensim_reader.py")
 OPENSIM = ("osim", "mot", "grf", "sto")

@@ -24,13 +24,16 @@ from hypothesis import HealthCheck, currently_in_test_context, event, example, g
 from hypothesis import strategies as st
 from walking import guessed_gait
 
-from human_gait import cli, comparison, ladder, paper_figures, prediction
+from human_gait import cli, prediction
 from human_gait.exceptions import NoSolutionFound
-from human_gait.gait_cycle import save_gait_cycle
-from human_gait.gait_file import FILE, load_gait, load_record, save_gait
+from human_gait.people import comparison
+from human_gait.pictures import paper_figures
 from human_gait.scenario import Scenario
-from human_gait.warm_start import FILE as MULTIPLIERS
-from human_gait.warm_start import save_multipliers
+from human_gait.solving import starts as ladder
+from human_gait.solving.warm_start import FILE as MULTIPLIERS
+from human_gait.solving.warm_start import save_multipliers
+from human_gait.walk.gait_cycle import save_gait_cycle
+from human_gait.walk.gait_file import FILE, load_gait, load_record, save_gait
 
 ROOT = Path(__file__).resolve().parent.parent
 TEXTS = [path.read_bytes() for path in sorted((ROOT / "scenarios").glob("*.toml"))]
@@ -501,7 +504,9 @@ import signal
 import time
 from itertools import islice
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
-from human_gait import cli, ladder, prediction, solver
+from human_gait import cli, prediction
+from human_gait.solving import starts as ladder
+from human_gait.solving import solver
 ladder._rungs = lambda *given, rungs=ladder._rungs: islice(rungs(*given), 1)
 def wait(*_, **__):
     print("here", flush=True)

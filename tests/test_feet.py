@@ -4,10 +4,10 @@ import pytest
 from bodies import BODIES, random_states
 from walks import central_difference
 
-from human_gait.body import CONTACT_POINTS
-from human_gait.dynamics import CHAINS, PinocchioDynamics
-from human_gait.feet import Feet
-from human_gait.model import build_model
+from human_gait.body.links import CONTACT_POINTS
+from human_gait.body.model import build_model
+from human_gait.dynamics.inverse_dynamics import CHAINS, PinocchioDynamics
+from human_gait.walk.feet import Feet
 
 K = 3
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from walks import BACKPACK, near_walk, scenario
 
+from human_gait.body.skeleton import DOF_NAMES, index, mirror
 from human_gait.exceptions import ResultError
-from human_gait.gait import Gait
-from human_gait.gait_file import FILE, load_gait, save_gait
-from human_gait.program import build_program
-from human_gait.skeleton import DOF_NAMES, index, mirror
+from human_gait.problem.program import build_program
+from human_gait.walk.gait import Gait
+from human_gait.walk.gait_file import FILE, load_gait, save_gait
 
 FORWARD = index("pelvis_tz")
 

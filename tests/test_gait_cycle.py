@@ -8,11 +8,14 @@ import pinocchio as pin
 import pytest
 from bodies import LOADED, MALE
 
-from human_gait import skeleton
-from human_gait.body import Body
+from human_gait.body import skeleton
+from human_gait.body.links import Body
+from human_gait.body.model import build_model
+from human_gait.dynamics.recursive_lagrangian import ExternalLoad, inverse_dynamics
 from human_gait.exceptions import ResultError
-from human_gait.gait import Gait
-from human_gait.gait_cycle import (
+from human_gait.scenario import Scenario, Walk
+from human_gait.walk.gait import Gait
+from human_gait.walk.gait_cycle import (
     COLUMNS,
     PERCENT,
     gait_cycle,
@@ -21,9 +24,6 @@ from human_gait.gait_cycle import (
     save_gait_cycle,
     trunk_lean,
 )
-from human_gait.model import build_model
-from human_gait.recursive_lagrangian import ExternalLoad, inverse_dynamics
-from human_gait.scenario import Scenario, Walk
 
 MODEL = build_model(MALE)
 WEIGHT = MALE.subject.mass * skeleton.GRAVITY

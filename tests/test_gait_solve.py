@@ -8,16 +8,16 @@ import pytest
 from solves import SCENARIOS, solved
 from walks import scenario
 
-from human_gait import solver as solver_room
-from human_gait.constraints import joint_limits
-from human_gait.gait_file import load_record, make_record
-from human_gait.lagrangian import Lagrangian
-from human_gait.program import build_program
-from human_gait.reference import references_near, scores
+from human_gait.body.skeleton import DOF_NAMES, index
+from human_gait.checks.verification import verify
+from human_gait.people.reference import references_near, scores
+from human_gait.problem.constraints import joint_limits
+from human_gait.problem.lagrangian import Lagrangian
+from human_gait.problem.program import build_program
 from human_gait.scenario import load_scenario
-from human_gait.skeleton import DOF_NAMES, index
-from human_gait.solver import solve
-from human_gait.verification import verify
+from human_gait.solving import solver as solver_room
+from human_gait.solving.solver import solve
+from human_gait.walk.gait_file import load_record, make_record
 
 pytestmark = pytest.mark.solve
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from walks import PEOPLE, central_difference, scenario, walking_states
 
-from human_gait import dh
-from human_gait.contact_plan import LEFT, RIGHT
-from human_gait.dynamics import FOOT_LINKS, InverseDynamics
-from human_gait.ground_reaction import ground_reaction
-from human_gait.instant import Walker
-from human_gait.jet import Linearised
-from human_gait.recursive_lagrangian import ExternalLoad, inverse_dynamics
-from human_gait.skeleton import SEGMENTS, index
+from human_gait.body import dh
+from human_gait.body.skeleton import SEGMENTS, index
+from human_gait.dynamics.inverse_dynamics import FOOT_LINKS, InverseDynamics
+from human_gait.dynamics.jet import Linearised
+from human_gait.dynamics.recursive_lagrangian import ExternalLoad, inverse_dynamics
+from human_gait.walk.contact_plan import LEFT, RIGHT
+from human_gait.walk.ground_reaction import ground_reaction
+from human_gait.walk.instant import Walker
 
 TOES = [index("toe_extension_r"), index("toe_extension_l")]
 XZ = [0, 2]

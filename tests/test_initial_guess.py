@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from walks import PEOPLE, scenario
 
-from human_gait.bspline import Basis
-from human_gait.constraints import joint_limits
-from human_gait.initial_guess import initial_guess
-from human_gait.instant import Walker
-from human_gait.program import build_program
-from human_gait.skeleton import DOF_NAMES, N_DOF, index
+from human_gait.body.skeleton import DOF_NAMES, N_DOF, index
+from human_gait.problem.constraints import joint_limits
+from human_gait.problem.program import build_program
+from human_gait.walk.bspline import Basis
+from human_gait.walk.initial_guess import initial_guess
+from human_gait.walk.instant import Walker
 
 WALKS = {
     **PEOPLE,

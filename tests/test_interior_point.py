@@ -18,9 +18,9 @@ from small_problems import (
     valley,
 )
 
-from human_gait import interior_point as room
-from human_gait.interior_point import LIMIT_REACHED, OPTIMAL, STUCK, Goal, minimise
-from human_gait.nonlinear_program import Duals, NonlinearProgram
+from human_gait.newton import interior_point as room
+from human_gait.newton.interior_point import LIMIT_REACHED, OPTIMAL, STUCK, Goal, minimise
+from human_gait.newton.nonlinear_program import Duals, NonlinearProgram
 
 TIGHT = Goal(1e-9, 1e-9, 1e-9)
 FUNCTIONS = ("cost", "gradient", "rows", "jacobian", "hessian")

@@ -3,10 +3,10 @@ import pinocchio as pin
 import pytest
 from bodies import BODIES, FEMALE, MALE, at_instant, random_loads, random_states
 
-from human_gait import dh, skeleton
-from human_gait.body import GRAVITY
-from human_gait.model import build_model
-from human_gait.recursive_lagrangian import ExternalLoad, inverse_dynamics
+from human_gait.body import dh, skeleton
+from human_gait.body.links import GRAVITY
+from human_gait.body.model import build_model
+from human_gait.dynamics.recursive_lagrangian import ExternalLoad, inverse_dynamics
 
 STEP = 1e-30
 

@@ -5,7 +5,7 @@ import pytest
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from walks import BACKPACK, central_difference, near_walk, scenario
 
-from human_gait.program import COST_SCALE, build_program
+from human_gait.problem.program import COST_SCALE, build_program
 
 SCENARIOS = {
     "normal": scenario(step_length=0.7),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from human_gait.jet import Jet, cross, stack
+from human_gait.dynamics.jet import Jet, cross, stack
 
 K, S, STEP = 4, 5, 1e-30
 RNG = np.random.default_rng(0)

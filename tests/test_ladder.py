@@ -7,10 +7,19 @@ import numpy as np
 import pytest
 from walks import BACKPACK, scenario
 
-from human_gait import ladder as room
-from human_gait.ladder import GIVEN, OWN_GUESS, WARM, Start, best, climb, disturbed, on_the_way
-from human_gait.program import build_program
-from human_gait.solver import FEASIBLE, POSTURE, SOLVERS, Solution
+from human_gait.problem.program import build_program
+from human_gait.solving import starts as room
+from human_gait.solving.solver import FEASIBLE, POSTURE, SOLVERS, Solution
+from human_gait.solving.starts import (
+    GIVEN,
+    OWN_GUESS,
+    WARM,
+    Start,
+    best,
+    climb,
+    disturbed,
+    on_the_way,
+)
 
 TASK = scenario(control_points=6, load=BACKPACK)
 PROGRAM = build_program(TASK)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from walks import BACKPACK, central_difference, near_walk, scenario
 
-from human_gait.lagrangian import Lagrangian
-from human_gait.nonlinear_program import Duals
-from human_gait.program import COST_SCALE, LIMITS, SYMMETRY, build_program
+from human_gait.newton.nonlinear_program import Duals
+from human_gait.problem.lagrangian import Lagrangian
+from human_gait.problem.program import COST_SCALE, LIMITS, SYMMETRY, build_program
 
 TASKS = {
     "mirrored": scenario(load=BACKPACK, dynamics_per_interval=2),

@@ -6,9 +6,9 @@ from small_problems import VALLEY_START, corner, cube, numbers, random_quadratic
 from walks import scenario
 
 from benchmarks import casadi_ipopt
-from human_gait import interior_point
-from human_gait.lagrangian import Lagrangian
-from human_gait.program import build_program
+from human_gait.newton import interior_point
+from human_gait.problem.lagrangian import Lagrangian
+from human_gait.problem.program import build_program
 
 
 def ends(problem, start):

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from walks import near_walk, scenario
 
-from human_gait.instant import Walker
-from human_gait.objective import torque_squared, torque_weights
-from human_gait.passive import PassiveJoints
-from human_gait.program import build_program
-from human_gait.skeleton import MIRROR_INDEX, index
+from human_gait.body.skeleton import MIRROR_INDEX, index
+from human_gait.dynamics.tissues import PassiveJoints
+from human_gait.problem.objective import torque_squared, torque_weights
+from human_gait.problem.program import build_program
+from human_gait.walk.instant import Walker
 
 PLAIN = {"weighting": "none", "passive_torques": "none"}
 STANDING = np.zeros((3, 55))

@@ -11,10 +11,10 @@ from PIL import Image
 from walking import guessed_gait
 
 from human_gait import cli
+from human_gait.body.skeleton import GRAVITY
 from human_gait.exceptions import ResultError
-from human_gait.gait_cycle import PERCENT, gait_cycle
-from human_gait.gait_file import save_gait
-from human_gait.paper_figures import (
+from human_gait.people.reference import correlation, references
+from human_gait.pictures.paper_figures import (
     FIGURES,
     MAKE_TARGETS,
     backpack_faces,
@@ -26,8 +26,8 @@ from human_gait.paper_figures import (
     validation,
     vertical_forces,
 )
-from human_gait.reference import correlation, references
-from human_gait.skeleton import GRAVITY
+from human_gait.walk.gait_cycle import PERCENT, gait_cycle
+from human_gait.walk.gait_file import save_gait
 
 LOADS = {"backpack-0": 0.0, "backpack-20": 9.07, "backpack-40": 18.14}
 GAITS = {name: guessed_gait(LOADS.get(name, 0.0)) for name in MAKE_TARGETS}
@@ -149,7 +149,7 @@ def test_a_figure_that_fails_leaves_nothing(results, tmp_path, monkeypatch):
         raise ValueError
 
     table = dict(FIGURES) | {"fig12_validation": (fail, ("preferred",))}
-    monkeypatch.setattr("human_gait.paper_figures.FIGURES", table)
+    monkeypatch.setattr("human_gait.pictures.paper_figures.FIGURES", table)
     with pytest.raises(ValueError):  # noqa: PT011, it is ours
         save_figures(results, tmp_path)
     assert list(tmp_path.iterdir()) == []
@@ -232,8 +232,8 @@ def test_the_backpack_is_the_box_of_the_load():
 
 def test_the_backpack_stands_where_the_scenario_puts_it():
     """Upright, its centre is that of the load, left, up and ahead of the thorax' joint."""
-    from human_gait.dh import frames
-    from human_gait.skeleton import N_DOF, SEGMENTS
+    from human_gait.body.dh import frames
+    from human_gait.body.skeleton import N_DOF, SEGMENTS
 
     body = BACKPACKS[-1].body
     upright = np.zeros((1, N_DOF))

@@ -10,14 +10,15 @@ import pytest
 from lxml import html
 from walking import guessed_gait
 
-from human_gait import cli, playback
-from human_gait.bspline import Basis
+from human_gait import cli
+from human_gait.body.skeleton import index
 from human_gait.exceptions import ResultError
-from human_gait.gait import Gait
-from human_gait.gait_file import save_gait
-from human_gait.playback import play, playback_page, save_playback
+from human_gait.playback import page as playback
+from human_gait.playback.page import play, playback_page, save_playback
 from human_gait.scenario import Scenario
-from human_gait.skeleton import index
+from human_gait.walk.bspline import Basis
+from human_gait.walk.gait import Gait
+from human_gait.walk.gait_file import save_gait
 
 MEGABYTE = 1e6
 

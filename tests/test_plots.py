@@ -6,10 +6,10 @@ import pytest
 from PIL import Image
 from walking import guessed_gait
 
-from human_gait import plots
-from human_gait.gait_cycle import gait_cycle
-from human_gait.plots import PLOTS, half_a_cycle_later, project, save_plots, stick_figures
-from human_gait.skeleton import GRAVITY
+from human_gait.body.skeleton import GRAVITY
+from human_gait.pictures import plots
+from human_gait.pictures.plots import PLOTS, half_a_cycle_later, project, save_plots, stick_figures
+from human_gait.walk.gait_cycle import gait_cycle
 
 GAIT = guessed_gait()
 CYCLE = gait_cycle(GAIT)
@@ -37,7 +37,7 @@ def test_drawing_leaves_no_trace_in_matplotlib(tmp_path):
     before = dict(mpl.rcParams)
     save_plots(GAIT, tmp_path)
     assert dict(mpl.rcParams) == before
-    assert "human_gait.plots" in sys.modules
+    assert "human_gait.pictures.plots" in sys.modules
     assert not hasattr(plots, "pyplot")
 
 

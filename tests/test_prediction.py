@@ -12,15 +12,9 @@ import pytest
 from walking import guessed_gait
 from walks import BACKPACK, scenario
 
-from human_gait import ladder as ladder_room
 from human_gait import prediction as room
-from human_gait import solver as solver_room
-from human_gait.diagnosis import Suggestion
+from human_gait.checks.verification import Check
 from human_gait.exceptions import NoSolutionFound, ResultError, ScenarioError
-from human_gait.export_names import FILES as EXPORTED
-from human_gait.gait_cycle import load_gait_cycle
-from human_gait.gait_file import load_gait, save_gait
-from human_gait.ladder import OWN_GUESS, WARM
 from human_gait.prediction import (
     predict,
     predict_by_all_solvers,
@@ -28,9 +22,15 @@ from human_gait.prediction import (
     refine_to_folder,
     verify_folder,
 )
-from human_gait.program import Violation, refined_program
-from human_gait.verification import Check
-from human_gait.warm_start import adapted, fitting, load_multipliers, save_multipliers
+from human_gait.problem.program import Violation, refined_program
+from human_gait.results.names import FILES as EXPORTED
+from human_gait.solving import solver as solver_room
+from human_gait.solving import starts as ladder_room
+from human_gait.solving.diagnosis import Suggestion
+from human_gait.solving.starts import OWN_GUESS, WARM
+from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
+from human_gait.walk.gait_cycle import load_gait_cycle
+from human_gait.walk.gait_file import load_gait, save_gait
 
 RUNGS = ladder_room._rungs
 TASK = scenario(control_points=6, load=BACKPACK)

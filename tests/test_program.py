@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from walks import BACKPACK, near_walk, scenario
 
-from human_gait.program import build_program
-from human_gait.skeleton import index, mirror
+from human_gait.body.skeleton import index, mirror
+from human_gait.problem.program import build_program
 
 TASKS = {
     "plain": scenario(control_points=6, objective={"passive_torques": "none"}),

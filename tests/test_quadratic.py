@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigvalsh, null_space
 
-from human_gait.quadratic import CERTAIN, Quadratic, bounds_of, local_minimum
+from human_gait.newton.quadratic import CERTAIN, Quadratic, bounds_of, local_minimum
 
 N, M = 12, 20
 ROOM = 1e-7

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from bodies import LOADED, MALE, at_instant, complex_step, random_loads, random_states
 
-import human_gait.recursive_lagrangian as rl
-from human_gait import dh, skeleton
-from human_gait.body import GRAVITY
+import human_gait.dynamics.recursive_lagrangian as rl
+from human_gait.body import dh, skeleton
+from human_gait.body.links import GRAVITY
 
 
 def test_standing_still_the_global_forces_carry_the_weight():
@@ -162,7 +162,11 @@ def test_the_engine_is_independent():
         elif isinstance(node, ast.ImportFrom):
             imported |= {f"{node.module}.{name.name}" for name in node.names}
     ours = {name for name in imported if name.startswith("human_gait")}
-    assert ours == {"human_gait.dh", "human_gait.body.GRAVITY", "human_gait.body.Body"}
+    assert ours == {
+        "human_gait.body.dh",
+        "human_gait.body.links.GRAVITY",
+        "human_gait.body.links.Body",
+    }
     assert not {name for name in imported if name.startswith(("pinocchio", "pydrake"))}
 
 

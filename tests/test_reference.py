@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from human_gait.exceptions import ResultError
-from human_gait.gait_cycle import COLUMNS, PERCENT
-from human_gait.reference import (
+from human_gait.people.reference import (
     STANCE_THRESHOLD,
     MeasuredCurve,
     Reference,
@@ -18,6 +17,7 @@ from human_gait.reference import (
     scores,
     stance,
 )
+from human_gait.walk.gait_cycle import COLUMNS, PERCENT
 
 WAVE = np.sin(2 * np.pi * PERCENT / 100)
 

@@ -20,19 +20,20 @@ from lxml import html
 from solves import solved
 from walking import guessed_gait
 
-from human_gait import cli, report
-from human_gait.comparison import compare_folder
+from human_gait import cli
+from human_gait.checks.verification import verify
 from human_gait.exceptions import ResultError
-from human_gait.gait_cycle import COLUMNS, label_and_unit, save_gait_cycle
-from human_gait.gait_file import load_record, save_gait
-from human_gait.playback import playback_page
+from human_gait.people.comparison import compare_folder
+from human_gait.people.reference import references_near
+from human_gait.playback.page import playback_page
 from human_gait.prediction import OURS
-from human_gait.reference import references_near
-from human_gait.report import report_page, report_to_file
-from human_gait.report_figures import GROUPS, RESULTS, VARIABLES, curve_panel, styled, svg
-from human_gait.report_tables import EQUATIONS
+from human_gait.reporting import page as report
+from human_gait.reporting.figures import GROUPS, RESULTS, VARIABLES, curve_panel, styled, svg
+from human_gait.reporting.page import report_page, report_to_file
+from human_gait.reporting.tables import EQUATIONS
 from human_gait.scenario import Scenario
-from human_gait.verification import verify
+from human_gait.walk.gait_cycle import COLUMNS, label_and_unit, save_gait_cycle
+from human_gait.walk.gait_file import load_record, save_gait
 
 HOSTILE = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)>&amp;{{ 7*7 }}${x}$"
 PLAYBACK = '<!DOCTYPE html><title>walk</title><script>const quoted = "\'</iframe>";</script>'

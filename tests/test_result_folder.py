@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from human_gait import result_folder as room
 from human_gait.exceptions import ResultError
-from human_gait.result_folder import MARK, read_json, replaced_folder, whole_file
+from human_gait.results import folder as room
+from human_gait.results.folder import MARK, read_json, replaced_folder, whole_file
 
 WRITERS = Path(__file__).with_name("writers.py")
 OLD, NEW = "0.0", "10.0"

@@ -7,11 +7,13 @@ import pytest
 import umsgpack
 from walking import guessed_gait
 
-from human_gait import dh
-from human_gait.drawing import rounded
-from human_gait.figure import torque_sizes
-from human_gait.model import build_model
-from human_gait.scene import (
+from human_gait.body import dh
+from human_gait.body.model import build_model
+from human_gait.body.skeleton import GRAVITY, index
+from human_gait.body.urdf import link_to_dh
+from human_gait.playback.drawing import rounded
+from human_gait.playback.drawn_body import torque_sizes
+from human_gait.playback.scene import (
     ARROW_HEAD,
     ARROW_LENGTH,
     FEET,
@@ -20,8 +22,6 @@ from human_gait.scene import (
     stride_of,
     support_polygons,
 )
-from human_gait.skeleton import GRAVITY, index
-from human_gait.urdf import link_to_dh
 
 SINGLE = 2e-6  # rounding of numbers of a few metres to single precision
 

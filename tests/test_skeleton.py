@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from human_gait import skeleton
+from human_gait.body import skeleton
 from human_gait.scenario import Subject
 
 

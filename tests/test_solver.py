@@ -9,10 +9,10 @@ from pydrake.solvers import MathematicalProgram
 from small_problems import VALLEY_END, VALLEY_START, corner, cube, numbers, run, valley
 from walks import near_walk, scenario
 
-from human_gait import solver as room
-from human_gait.program import LIMITS, build_program
-from human_gait.skeleton import BRANCHES, DOF_NAMES
-from human_gait.solver import FEASIBLE, SOLVERS, solve
+from human_gait.body.skeleton import BRANCHES, DOF_NAMES
+from human_gait.problem.program import LIMITS, build_program
+from human_gait.solving import solver as room
+from human_gait.solving.solver import FEASIBLE, SOLVERS, solve
 
 LIMIT = {"newton": "most_iterations", "snopt": "Major iterations limit", "ipopt": "max_iter"}
 OPTIMALITY = {"newton": "stationary", "snopt": "Major optimality tolerance", "ipopt": "tol"}

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from test_reference import bump, cycle
 
-from human_gait.spatiotemporal import step_length_regression, step_scores
+from human_gait.people.spatiotemporal import step_length_regression, step_scores
 
 CYCLE = cycle(vertical_up_BW=bump(0, 63))
 

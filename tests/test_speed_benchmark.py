@@ -26,9 +26,9 @@ from benchmarks.speed import (
     summary,
     warm_table,
 )
-from human_gait import program
+from human_gait.problem import program
+from human_gait.problem.transcription import Transcription
 from human_gait.scenario import Scenario
-from human_gait.transcription import Transcription
 
 NEWTON = ("cold", "normal", "newton", "pinocchio", 8, 20)
 SNOPT = ("cold", "normal", "snopt", "pinocchio", 8, 20)

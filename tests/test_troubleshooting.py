@@ -7,7 +7,7 @@ import pytest
 from walking import guessed_gait
 
 from human_gait import cli
-from human_gait.gait_file import save_gait
+from human_gait.walk.gait_file import save_gait
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "troubleshooting.md"
 WALK = "[walk]\nspeed = 1.2\nstep_length = 0.7\n"

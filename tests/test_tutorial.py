@@ -9,7 +9,7 @@ import pytest
 from lxml import html
 from nbclient import NotebookClient
 
-from human_gait.gait_cycle import load_gait_cycle
+from human_gait.walk.gait_cycle import load_gait_cycle
 
 NOTEBOOK = Path(__file__).resolve().parent.parent / "docs" / "tutorial.ipynb"
 

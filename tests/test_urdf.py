@@ -6,10 +6,10 @@ import pytest
 import yourdfpy
 from bodies import BODIES, LOADED, MALE, random_states
 
-from human_gait import dh, skeleton
-from human_gait.engines import drake_plant
-from human_gait.model import build_model
-from human_gait.urdf import _roll_pitch_yaw, urdf_text
+from human_gait.body import dh, skeleton
+from human_gait.body.model import build_model
+from human_gait.body.urdf import _roll_pitch_yaw, urdf_text
+from human_gait.checks.engines import drake_plant
 
 FRAMES = [f"dh_{i:02d}" for i in range(1, 56)]
 

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 from bodies import MALE
 
-from human_gait.urdf import urdf_text
+from human_gait.body.urdf import urdf_text
 
 COMMITTED = Path(__file__).parents[1] / "urdf" / "human.urdf"
 NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from walks import scenario
 
-from human_gait import contact_plan
-from human_gait import verification as room
-from human_gait.engines import DrakeEngine, RecursionEngine
-from human_gait.gait import Gait
-from human_gait.gait_file import make_record
-from human_gait.program import build_program
-from human_gait.skeleton import SEGMENTS, index
-from human_gait.verification import verify
+from human_gait.body.skeleton import SEGMENTS, index
+from human_gait.checks import verification as room
+from human_gait.checks.engines import DrakeEngine, RecursionEngine
+from human_gait.checks.verification import verify
+from human_gait.problem.program import build_program
+from human_gait.walk import contact_plan
+from human_gait.walk.gait import Gait
+from human_gait.walk.gait_file import make_record
 
 PROGRAM = build_program(scenario())
 GAIT = PROGRAM.gait(PROGRAM.guess())

@@ -7,16 +7,16 @@ import pytest
 from solves import solved
 from walks import BACKPACK, near_walk, scenario
 
-from human_gait import interior_point
-from human_gait import solver as room
-from human_gait.active_set import LOST, OPTIMAL
+from human_gait.body.skeleton import N_DOF, index
 from human_gait.exceptions import ResultError
-from human_gait.ladder import WARM, Start, climb
-from human_gait.nonlinear_program import End
-from human_gait.program import LIMITS, SYMMETRY, build_program
-from human_gait.skeleton import N_DOF, index
-from human_gait.solver import solve
-from human_gait.warm_start import FILE, adapted, fitting, load_multipliers, save_multipliers
+from human_gait.newton import interior_point
+from human_gait.newton.active_set import LOST, OPTIMAL
+from human_gait.newton.nonlinear_program import End
+from human_gait.problem.program import LIMITS, SYMMETRY, build_program
+from human_gait.solving import solver as room
+from human_gait.solving.solver import solve
+from human_gait.solving.starts import WARM, Start, climb
+from human_gait.solving.warm_start import FILE, adapted, fitting, load_multipliers, save_multipliers
 
 FORWARD = index("pelvis_tz")
 JOINTS = np.delete(np.arange(N_DOF), FORWARD)

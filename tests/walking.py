@@ -2,12 +2,12 @@
 
 from functools import cache
 
-from human_gait.body import make_body
-from human_gait.bspline import Basis
-from human_gait.contact_plan import ContactPlan
-from human_gait.gait import Gait
-from human_gait.initial_guess import initial_guess
+from human_gait.body.links import make_body
 from human_gait.scenario import Scenario
+from human_gait.walk.bspline import Basis
+from human_gait.walk.contact_plan import ContactPlan
+from human_gait.walk.gait import Gait
+from human_gait.walk.initial_guess import initial_guess
 
 
 @cache

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from human_gait.program import build_program
+from human_gait.problem.program import build_program
 from human_gait.scenario import Scenario
 
 

@@ -19,11 +19,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from walking import guessed_gait
 
-from human_gait import result_folder
 from human_gait.exceptions import ResultError
-from human_gait.gait_cycle import save_gait_cycle
-from human_gait.gait_file import load_gait, save_gait
 from human_gait.prediction import OURS
+from human_gait.results import folder as result_folder
+from human_gait.walk.gait_cycle import save_gait_cycle
+from human_gait.walk.gait_file import load_gait, save_gait
 
 DERIVED = [name for name in OURS if name not in ("gait.npz", "gait_cycle.csv", "summary.json")]
 LOADS = (0.0, 10.0, 20.0)

@@ -1,0 +1,1 @@
+"""The person who walks: degrees of freedom, measures, links, as DH table, URDF and model."""

@@ -1,0 +1,153 @@
+"""The 55 degrees of freedom: order, names, tree, mirror map and limits; no measures of a subject.
+
+The paper's numbers 1-55 are the indices 0-54 here: six global DOF, right leg, left leg, spine,
+right arm, left arm, head. The paper prints no names, no limits and no DH table: they are those of
+``data/dh_table.csv`` and ``data/joint_limits.csv``.
+"""
+
+from collections.abc import Mapping
+from itertools import groupby
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from human_gait import data
+from human_gait.arrays import FloatArray, IntArray
+from human_gait.scenario import Subject
+
+GRAVITY = 9.81
+"""Acceleration of gravity, [m/s^2]."""
+
+_PELVIS = {  # axes of the world: x left, y up, z forward
+    "tx": "sideways",
+    "ty": "height",
+    "tz": "forward",
+    "rx": "tilt",
+    "ry": "rotation",
+    "rz": "obliquity",
+}
+_JOINTS = [row for row in data.rows("dh_table") if row["kind"] == "joint"]
+_LIMITS = data.rows("joint_limits")
+
+DOF_NAMES: tuple[str, ...] = tuple(row["name"] for row in _JOINTS)
+"""Names of the degrees of freedom, in the paper's order."""
+
+N_DOF = len(DOF_NAMES)
+
+PARENT: IntArray = np.array([int(row["parent_link"]) - 1 for row in _JOINTS])
+"""(55,) index of the link that each joint hangs on; -1 is the world."""
+
+PRISMATIC: npt.NDArray[np.bool_] = np.array([row["type"] == "P" for row in _JOINTS])
+"""(55,) true for the global translations."""
+
+DOF_UNITS: tuple[str, ...] = tuple("m" if sliding else "rad" for sliding in PRISMATIC)
+"""Units of the degrees of freedom."""
+
+BRANCHES: Mapping[str, tuple[int, ...]] = MappingProxyType(
+    {
+        branch: tuple(int(row["joint"]) - 1 for row in members)
+        for branch, members in groupby(_JOINTS, key=lambda row: row["branch"])
+    }
+)
+"""Indices by branch: ``virtual``, ``right_leg``, ``left_leg``, ``spine``, ``right_arm`` ..."""
+
+SEGMENTS: Mapping[str, int] = MappingProxyType(
+    {row["segment"]: i for i, row in enumerate(_JOINTS) if row["segment"]}
+)
+"""Index of the link that carries each segment; the other links have no mass."""
+
+
+def index(name: str) -> int:
+    """Return the index (from 0) of a degree of freedom.
+
+    Raises
+    ------
+    ValueError
+        If there is no DOF of that name.
+    """
+    if name not in DOF_NAMES:
+        raise ValueError(f"no degree of freedom is called {name!r}")
+    return DOF_NAMES.index(name)
+
+
+def in_words(name: str) -> str:
+    """Return a degree of freedom as one would say it, such as ``right hip flexion``."""
+    if name.startswith("pelvis_"):
+        return f"pelvis {_PELVIS[name.removeprefix('pelvis_')]}"
+    stem, _, side = name.rpartition("_")
+    sides = {"r": "right ", "l": "left "}
+    words = (sides[side] + stem if side in sides else name).replace("_", " ")
+    return words.replace("spine", "spine ").replace(" lateral", " lateral bending")
+
+
+def _other_side(name: str) -> str:
+    swap = {"_r": "_l", "_l": "_r"}
+    return name[:-2] + swap[name[-2:]] if name[-2:] in swap else name
+
+
+def _mirror_sign(row: Mapping[str, str]) -> float:
+    """Return the sign of a DOF mirrored at the plane x = 0; limb pairs are defined alike."""
+    if row["name"] != _other_side(row["name"]):
+        return 1.0
+    along_x = row["axis_at_neutral"].endswith("x")
+    keeps = along_x != (row["type"] == "P")
+    return 1.0 if keeps else -1.0
+
+
+MIRROR_INDEX: IntArray = np.array([index(_other_side(name)) for name in DOF_NAMES])
+"""(55,) the DOF of the other side, itself on the midline (Eq. 26)."""
+
+MIRROR_SIGN: FloatArray = np.array([_mirror_sign(row) for row in _JOINTS])
+"""(55,) sign of a DOF in the mirrored posture (Eq. 26)."""
+
+
+def mirror(q: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return the posture, velocity, acceleration or torque seen in a mirror, Eq. (26).
+
+    Parameters
+    ----------
+    q : (..., 55) array, [rad] and [m]
+
+    Notes
+    -----
+    Rotations about y and z and the translation along x change sign. The advance along z is kept:
+    from one step to the next the caller adds the step length.
+    """
+    return q[..., MIRROR_INDEX] * MIRROR_SIGN
+
+
+def position_limits() -> tuple[FloatArray, FloatArray]:
+    """Return the lower and the upper limits of all DOF, each (55,), [rad] and [m]."""
+    unit = [np.deg2rad(1.0) if row["unit"] == "deg" else 1.0 for row in _LIMITS]
+    lower, upper = (np.array([float(row[side]) for row in _LIMITS]) for side in ("lower", "upper"))
+    return lower * unit, upper * unit
+
+
+def torque_limits(subject: Subject, deviations: float = 2.0) -> tuple[FloatArray, FloatArray]:
+    """Return the lower and the upper strength limits, each (55,), [N m].
+
+    Parameters
+    ----------
+    subject : Subject
+        Where the source gives strength per body weight times stature, it is scaled by both.
+    deviations : float
+        Standard deviations above the mean strength, where the source has them: walking alone
+        takes about the mean strength of the ankle.
+
+    Returns
+    -------
+    tuple of (55,) arrays
+        Infinite for the global DOF, which the ground reaction balances.
+    """
+    lower = [_strength(row, "min", -deviations, subject) for row in _LIMITS]
+    upper = [_strength(row, "max", deviations, subject) for row in _LIMITS]
+    return np.array(lower), np.array(upper)
+
+
+def _strength(row: Mapping[str, str], side: str, deviations: float, subject: Subject) -> float:
+    if not row["torque_unit"]:
+        return float("-inf") if side == "min" else float("inf")
+    unit = subject.mass * GRAVITY * subject.stature if row["torque_unit"] == "BW H" else 1.0
+    return unit * (float(row[f"torque_{side}"]) + deviations * float(row[f"torque_{side}_sd"]))

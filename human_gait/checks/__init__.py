@@ -1,0 +1,1 @@
+"""Independent checks of a gait, from its file alone."""

@@ -1,0 +1,1 @@
+"""What a motion takes: torques and their derivatives, by Pinocchio or by the recursion."""

@@ -1,0 +1,184 @@
+"""Inverse dynamics and its gradients at many instants, by Pinocchio or by the paper's recursion.
+
+Forces that are constant in the world enter through the spatial axes of the joints: axis S_i (the
+motion of the body points at the world's origin, linear part first, then angular) takes the torque
+S_i^T F from a wrench F about the origin, and moves with the joints k below it in the tree as
+dS_i/dq_k = S_k x S_i.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+import pinocchio as pin
+
+from human_gait.arrays import FloatArray
+from human_gait.body import dh
+from human_gait.body.links import SIDES, Body
+from human_gait.body.model import build_model
+from human_gait.body.skeleton import BRANCHES, N_DOF, SEGMENTS
+from human_gait.body.urdf import link_to_dh
+from human_gait.dynamics.jet import Linearised
+from human_gait.dynamics.recursive_lagrangian import inverse_dynamics_derivatives
+from human_gait.dynamics.spatial import cross, cross_force, cross_motion
+
+ENGINES = ("pinocchio", "dh")
+"""What the dynamics can be computed with: Pinocchio, or the paper's recursion on the DH table."""
+
+ROOT = np.array(BRANCHES["virtual"])
+"""Indices of the six global DOF."""
+
+CHAINS = tuple(
+    np.array(BRANCHES["virtual"] + BRANCHES[branch]) for branch in ("right_leg", "left_leg")
+)
+"""Indices of the DOF that move a foot, from the world to the toes: right, left."""
+
+FOOT_LINKS = np.array([[SEGMENTS[f"foot_{side}"], SEGMENTS[f"toe_{side}"]] for side in SIDES])
+"""(2, 2) links of a foot: rear foot and toes."""
+
+
+@dataclass(frozen=True)
+class InverseDynamics:
+    """Torques without ground reaction, and where the joints are.
+
+    Attributes
+    ----------
+    torque : Linearised (K, 55), [N m] and [N]
+        Partials (K, 55, 165) in q, v, a.
+    axes : (K, 6, 55) array
+        Spatial joint axes about the world's origin.
+    foot_poses : (K, 2, 2, 4, 4) array
+        Links of ``FOOT_LINKS`` (URDF link frames) in the world.
+    """
+
+    torque: Linearised
+    axes: FloatArray
+    foot_poses: FloatArray
+
+
+class Dynamics(Protocol):
+    """The dynamics of one body."""
+
+    def inverse(self, q: FloatArray, v: FloatArray, a: FloatArray) -> InverseDynamics:
+        """Return torques and partials at K instants, q, v, a (K, 55)."""
+
+
+def make_dynamics(body: Body, engine: str) -> Dynamics:
+    """Return the dynamics of a body by one of ``ENGINES``.
+
+    Raises
+    ------
+    ValueError
+        If there is no such engine.
+    """
+    if engine not in ENGINES:
+        raise ValueError(f"no dynamics is called {engine!r}: choose one of {', '.join(ENGINES)}")
+    return PinocchioDynamics(body) if engine == "pinocchio" else RecursiveDynamics(body)
+
+
+class PinocchioDynamics:
+    """The Pinocchio model of one body."""
+
+    def __init__(self, body: Body) -> None:
+        self.model = build_model(body)
+        self._data = self.model.createData()
+
+    def inverse(self, q: FloatArray, v: FloatArray, a: FloatArray) -> InverseDynamics:
+        """Return torques and partials at K instants, q, v, a (K, 55)."""
+        K = len(q)
+        tau, partials = np.empty((K, N_DOF)), np.empty((K, N_DOF, 3, N_DOF))
+        axes, poses = np.empty((K, 6, N_DOF)), np.empty((K, *FOOT_LINKS.shape, 4, 4))
+        data = self._data
+        for k in range(K):
+            pin.computeRNEADerivatives(self.model, data, q[k], v[k], a[k])
+            tau[k], axes[k] = data.tau, data.J
+            partials[k, :, 0], partials[k, :, 1] = data.dtau_dq, data.dtau_dv
+            partials[k, :, 2] = data.M
+            for place in np.ndindex(FOOT_LINKS.shape):
+                poses[k][place] = data.oMi[int(FOOT_LINKS[place]) + 1].homogeneous
+        partials[:, :, 2] = symmetric(partials[:, :, 2])  # of M only the upper triangle is filled
+        return InverseDynamics(Linearised(tau, partials.reshape(K, N_DOF, -1)), axes, poses)
+
+
+class RecursiveDynamics:
+    """The paper's recursion on the DH table of one body, without Pinocchio."""
+
+    def __init__(self, body: Body) -> None:
+        self.body = body
+        self._to_links = dh.inverse(link_to_dh(body.table))
+
+    def inverse(self, q: FloatArray, v: FloatArray, a: FloatArray) -> InverseDynamics:
+        """Return torques and partials at K instants, q, v, a (K, 55)."""
+        tau, *by_state = inverse_dynamics_derivatives(self.body, q, v, a)
+        P, A = dh.frames(self.body.table, q)
+        poses = A[:, FOOT_LINKS] @ self._to_links[FOOT_LINKS]
+        torque = Linearised(tau, np.concatenate(by_state, axis=-1))
+        return InverseDynamics(torque, self._axes(P), poses)
+
+    def _axes(self, P: FloatArray) -> FloatArray:
+        """Return the spatial axes (K, 6, 55): z of P_j = A_p B_j, through the origin of P_j."""
+        z, origin = P[..., :3, 2], P[..., :3, 3]
+        slides = self.body.table.prismatic[:, None]
+        linear, angular = np.where(slides, z, cross(origin, z)), np.where(slides, 0.0, z)
+        return np.concatenate([linear, angular], axis=-1).swapaxes(1, 2)
+
+
+def symmetric(M: FloatArray) -> FloatArray:
+    """Return matrices (..., n, n) from their upper triangles."""
+    return np.asarray(np.triu(M) + np.triu(M, 1).swapaxes(-1, -2))
+
+
+def load_torques(axes: FloatArray, wrench: FloatArray) -> FloatArray:
+    """Return S_i^T F (K, c) of c joints for wrenches F (K, 6) about the world's origin."""
+    return np.asarray((wrench[:, None] @ axes)[:, 0])
+
+
+def load_torques_dq(axes: FloatArray, wrench: FloatArray) -> FloatArray:
+    """Return d(S_i^T F)/dq_j (K, c, c) on one chain of joints, F constant in the world.
+
+    (S_j x S_i)^T F = - S_i^T (S_j x* F) for j above i.
+    """
+    S = axes.swapaxes(1, 2)
+    turned = S @ cross_force(S, wrench[:, None]).swapaxes(1, 2)
+    return np.asarray(-np.tril(turned, -1))
+
+
+def linearised_load(
+    axes: FloatArray, chain: npt.NDArray[np.intp], wrench: Linearised
+) -> Linearised:
+    """Return the torques of a wrench that itself depends on the state, on one chain of joints."""
+    S = axes[:, :, chain]
+    partials = S.swapaxes(1, 2) @ wrench.partials
+    partials[:, :, chain] += load_torques_dq(S, wrench.value)
+    return Linearised(load_torques(S, wrench.value), partials)
+
+
+def load_hessian(axes: FloatArray, weights: FloatArray, wrench: FloatArray) -> FloatArray:
+    """Return the second derivatives of sum w_i S_i^T F by q on one chain of joints, (K, c, c).
+
+    Parameters
+    ----------
+    axes : (K, 6, c) array
+    weights : (K, c) array
+        w_i, constant.
+    wrench : (K, 6) array
+        F, constant in the world.
+
+    Notes
+    -----
+    d2/dq_i dq_j = F^T (S_i x d_j), d_j = S_j x sum of w_k S_k below j, for i above j or equal.
+    """
+    S = axes.swapaxes(1, 2)
+    upper = -cross_force(S, wrench[:, None]) @ weighted_axes_dq(axes, weights)
+    return symmetric(upper)
+
+
+def weighted_axes_dq(axes: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return d(sum of w_i S_i)/dq_j (K, 6, c) on one chain of joints."""
+    S = axes.swapaxes(1, 2)
+    moved = S * weights[..., None]
+    below = np.flip(np.cumsum(np.flip(moved, 1), axis=1), 1) - moved
+    return cross_motion(S, below).swapaxes(1, 2)

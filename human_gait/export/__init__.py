@@ -1,0 +1,1 @@
+"""One stride as files for other programs."""

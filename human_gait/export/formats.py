@@ -1,0 +1,174 @@
+"""One stride of a gait as files for other programs; ``docs/exports.md`` tells what each holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from human_gait.arrays import FloatArray
+from human_gait.body.urdf import urdf_text
+from human_gait.export import opensim as opensim_files
+from human_gait.export import tables
+from human_gait.export.bvh import save_bvh
+from human_gait.export.markers import save_c3d, save_trc
+from human_gait.export.trajectory import save_trajectory_csv, save_trajectory_json
+from human_gait.results import names
+from human_gait.results.folder import replaced_folder
+from human_gait.walk.gait import Gait, Samples, onward
+
+RATE, OPENSIM_RATE = 100, 1000
+"""Samples per second by default, [Hz]; OpenSim differentiates twice and needs more of them."""
+
+RATES = (10, 10_000)
+"""The lowest and the highest rate, [Hz]."""
+
+MARGIN = 0.2
+"""What OpenSim's motion and forces have before and after the stride, [s].
+
+OpenSim differentiates and filters them, which needs neighbours.
+"""
+
+
+@dataclass(frozen=True)
+class Stride:
+    """One stride, from left heel strike to left heel strike, sampled evenly.
+
+    Attributes
+    ----------
+    gait : Gait
+    rate : float, [Hz]
+    samples : Samples
+        At k / rate, from 0 to 2 T.
+    padded : Samples
+        The same with ``MARGIN`` of the walk before and after.
+    """
+
+    gait: Gait
+    rate: float
+    samples: Samples
+    padded: Samples
+
+
+def _mot(stride: Stride, folder: Path) -> None:
+    opensim_files.save_coordinates(stride.padded, folder / names.COORDINATES)
+
+
+def _grf(stride: Stride, folder: Path) -> None:
+    opensim_files.save_ground_reaction(stride.padded, folder / names.FORCES)
+    opensim_files.save_external_loads(folder / names.LOADS)
+
+
+def _sto(stride: Stride, folder: Path) -> None:
+    opensim_files.save_torques(stride.padded, folder / names.TORQUES)
+
+
+def _osim(stride: Stride, folder: Path) -> None:
+    opensim_files.save_model(stride.gait.body, folder / names.MODEL)
+
+
+def _trc(stride: Stride, folder: Path) -> None:
+    now = stride.samples
+    save_trc(stride.gait.body, now.t, now.q, stride.rate, folder / names.MARKERS_TRC)
+
+
+def _c3d(stride: Stride, folder: Path) -> None:
+    save_c3d(stride.gait.body, stride.samples.q, stride.rate, folder / names.MARKERS_C3D)
+
+
+def _bvh(stride: Stride, folder: Path) -> None:
+    save_bvh(stride.gait.body, stride.samples.q, stride.rate, folder / names.MOTION)
+
+
+def _csv(stride: Stride, folder: Path) -> None:
+    tables.save_joint_angles(stride.samples, folder / names.ANGLES_TABLE)
+    tables.save_joint_torques(stride.samples, folder / names.TORQUES_TABLE)
+    tables.save_ground_reaction(stride.samples, folder / names.FORCES_TABLE)
+
+
+def _urdf(stride: Stride, folder: Path) -> None:
+    (folder / names.ROBOT).write_text(urdf_text(stride.gait.body), encoding="utf-8")
+    save_trajectory_csv(stride.samples, folder / names.TRAJECTORY_CSV)
+    save_trajectory_json(stride.samples, folder / names.TRAJECTORY_JSON)
+
+
+FORMATS: Mapping[str, Callable[[Stride, Path], None]] = MappingProxyType(
+    {
+        "osim": _osim,
+        "mot": _mot,
+        "grf": _grf,
+        "sto": _sto,
+        "trc": _trc,
+        "c3d": _c3d,
+        "bvh": _bvh,
+        "csv": _csv,
+        "urdf": _urdf,
+    }
+)
+"""What there is, by name: each writes its files to a folder."""
+
+_FOR_OPENSIM = ("mot", "grf", "sto")
+
+
+def export_gait(
+    gait: Gait, folder: Path, formats: Collection[str] = tuple(FORMATS), rate: float | None = None
+) -> list[Path]:
+    """Write one stride of a gait to a folder, all files or none, and return their paths.
+
+    Parameters
+    ----------
+    gait : Gait
+    folder : Path
+        Other files in it stay.
+    formats : collection of str
+        Names of ``FORMATS``; all by default.
+    rate : float, [Hz]
+        Samples per second, within ``RATES``; by default ``OPENSIM_RATE`` in the tables for OpenSim
+        (mot, grf, sto) and ``RATE`` in all else.
+
+    Raises
+    ------
+    ValueError
+        If there is no such format or the rate is out of range.
+    ResultError
+        If the files cannot be written; what was there is then as it was.
+    """
+    unknown = [name for name in formats if name not in FORMATS]
+    if unknown:
+        raise ValueError(f"no format is called {unknown[0]!r}: choose from {', '.join(FORMATS)}")
+    rates = {name: _usual_rate(name) if rate is None else rate for name in formats}
+    strides = {hertz: sampled(gait, hertz) for hertz in set(rates.values())}
+    with replaced_folder(folder, solved=False) as new:
+        for name, hertz in rates.items():
+            FORMATS[name](strides[hertz], new)
+        written = sorted(path.name for path in new.iterdir())
+    return [folder / name for name in written]
+
+
+def _usual_rate(name: str) -> float:
+    """Return the samples per second of a format where none are asked for, [Hz]."""
+    return OPENSIM_RATE if name in _FOR_OPENSIM else RATE
+
+
+def sampled(gait: Gait, rate: float) -> Stride:
+    """Return one stride of a gait, `rate` samples a second."""
+    if not RATES[0] <= rate <= RATES[1]:
+        raise ValueError(f"rate = {rate}: must be from {RATES[0]} to {RATES[1]} Hz")
+    last, more = (int(np.floor(time * rate + 1e-9)) for time in (2 * gait.step_time, MARGIN))
+    t = np.arange(-more, last + more + 1) / rate
+    padded = _around_zero(gait, t)
+    return Stride(gait, rate, _cut(padded, slice(more, more + last + 1)), padded)
+
+
+def _around_zero(gait: Gait, t: FloatArray) -> Samples:
+    """Return the gait at times t (K,) >= -2 T: as a stride later, moved back by its length."""
+    later = gait.instants(t + 2 * gait.step_time)
+    back = np.full(len(t), -2, dtype=np.intp)
+    return onward(replace(later, t=t), back, gait.step_length)
+
+
+def _cut(samples: Samples, part: slice) -> Samples:
+    return Samples(**{name: values[part] for name, values in vars(samples).items()})

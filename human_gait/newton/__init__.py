@@ -1,0 +1,1 @@
+"""Newton methods for nonlinear programs; nothing here knows of walking."""

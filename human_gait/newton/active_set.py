@@ -1,0 +1,175 @@
+"""From a solved problem to one like it: Newton steps with an active set that is nearly known.
+
+The start and its multipliers solve another problem exactly: the same one with t r'x taken from the
+cost and the bounds shifted by t s, for t = 1, where r is what is left of the Lagrangian's gradient
+and s how far the start is from the bounds that should hold. In a few steps t goes to 0: sequential
+quadratic programming along a homotopy. The steps after that converge quadratically. No barrier has
+to be built up again, so few steps are needed; their matrices are dense, for some hundred variables.
+
+References
+----------
+J. Nocedal and S. J. Wright, "Numerical Optimization", 2nd ed., 2006: chapter 18 on sequential
+quadratic programming, section 11.3 on homotopies.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from human_gait.arrays import FloatArray
+from human_gait.newton.nonlinear_program import (
+    Derivatives,
+    Duals,
+    End,
+    NonlinearProgram,
+    Point,
+    Stacked,
+)
+from human_gait.newton.quadratic import Quadratic, bounds_of, local_minimum
+
+OPTIMAL = "the active set is settled"
+LOST = "no active set within reach"
+
+_HOMOTOPY = (0.5, 0.25)  # t of the first steps; 0 from then on
+_MOST_STEPS = 25
+_RADIUS, _WIDEST = 0.12, 0.3  # largest change of a variable in one step, at first and ever
+_WIDER = 1.6  # after a whole step
+_STATIONARY, _FEASIBLE, _COMPLEMENTARY = 1e-4, 1e-6, 1e-5
+_NOTICED = 3e-3  # cost per unit of a bound: smaller multipliers are what a barrier has left
+_MEMORY = 3  # points that the merit is compared with: it need not fall at each
+_SHORTEST = 0.1  # less of a step is taken whatever the merit says
+_ENOUGH = 1e-4  # part of the predicted fall that is asked for (Armijo)
+_IGNORED = 5e-4  # rise of the merit, of itself, that does no harm
+
+
+class _Homotopy:
+    """Bounds and cost that a start satisfies exactly at t = 1, and those of the problem at 0."""
+
+    def __init__(self, stacked: Stacked, start: Point, slope: FloatArray, y: FloatArray) -> None:
+        self.stacked, self._left = stacked, slope
+        above_lower, above_upper = start.bounded - stacked.lower, start.bounded - stacked.upper
+        self._lower = np.where(y < 0.0, above_lower, np.minimum(above_lower, 0.0))
+        self._upper = np.where(y > 0.0, above_upper, np.maximum(above_upper, 0.0))
+
+    def bounds(self, t: float) -> tuple[FloatArray, FloatArray]:
+        """Return lower and upper bounds (n + m,)."""
+        return self.stacked.lower + t * self._lower, self.stacked.upper + t * self._upper
+
+    def gradient(self, t: float, derivatives: Derivatives) -> FloatArray:
+        """Return the gradient (n,) of the cost."""
+        return np.asarray(derivatives.gradient - t * self._left, dtype=float)
+
+    def merit(self, t: float, at: Point, prices: FloatArray) -> float:
+        """Return the cost with what exceeds the bounds, at its price (n + m,)."""
+        return float(at.cost - t * self._left @ at.x + prices @ self.excess(t, at))
+
+    def excess(self, t: float, at: Point) -> FloatArray:
+        """Return by how much each bound is exceeded, (n + m,)."""
+        lower, upper = self.bounds(t)
+        beyond = np.maximum(lower - at.bounded, at.bounded - upper)
+        return np.asarray(np.maximum(beyond, 0.0), dtype=float)
+
+
+def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
+    """Minimise from the solution of a problem like this one.
+
+    Parameters
+    ----------
+    problem : NonlinearProgram
+    start : (n,) array
+    duals : Duals
+        Multipliers of the start.
+
+    Returns
+    -------
+    End
+        Solved if the KKT conditions are met: gradient of the Lagrangian 1e-4, feasibility 1e-6,
+        complementarity 1e-5. That the point is no saddle is not checked. Not solved if the steps
+        lead nowhere; the start is then too far away.
+
+    Raises
+    ------
+    BaseException
+        Whatever an evaluation raises, but for cost or rows that need the inverse of a singular
+        matrix: the step is then shortened.
+    """
+    start = np.clip(start, problem.lower, problem.upper)
+    stacked = Stacked(problem)
+    y = np.concatenate([duals.variables, duals.rows])
+    bounded = np.isfinite(bounds_of(y, stacked.lower, stacked.upper))
+    y = np.where(bounded & (np.abs(y) > _NOTICED), y, 0.0)
+    here, now = stacked.point(start), stacked.derivatives(start)
+    path = _Homotopy(stacked, here, now.slope(y), y)
+    prices, past, radius = np.zeros_like(y), deque[Point](maxlen=_MEMORY), _RADIUS
+    for step in range(_MOST_STEPS + 1):
+        t = _HOMOTOPY[step] if step < len(_HOMOTOPY) else 0.0
+        if step > len(_HOMOTOPY) and _optimal(stacked, here, now, y):
+            return _end(stacked, here, y, OPTIMAL, step)
+        if step == _MOST_STEPS:
+            break
+        lower, upper = (bound - here.bounded for bound in path.bounds(t))
+        gradient = path.gradient(t, now)
+        model = Quadratic(_hessian(stacked, here.x, y), gradient, now.jacobian, lower, upper)
+        found = local_minimum(model, y, radius)
+        if found is None:
+            break
+        d, wanted = found
+        past.append(here)
+        prices = np.maximum(2.0 * np.abs(wanted), prices / 2.0) + 1e-3
+        fall = min(float(gradient @ d - prices @ path.excess(t, here)), 0.0)
+        here, share = _shortened(path, t, d, prices, fall, past)
+        radius = _next_radius(radius, share)
+        if not np.isfinite(here.cost):
+            here = past[-1]
+            break
+        y = y + share * (wanted - y)
+        now = stacked.derivatives(here.x)
+    return _end(stacked, here, y, LOST, step)
+
+
+def _next_radius(radius: float, share: float) -> float:
+    """Return a wider radius after a whole step, a narrower one after part of a step."""
+    wider = _WIDER * radius if share == 1.0 else share * radius
+    return min(max(wider, _RADIUS), _WIDEST)
+
+
+def _shortened(
+    path: _Homotopy, t: float, d: FloatArray, prices: FloatArray, fall: float, past: deque[Point]
+) -> tuple[Point, float]:
+    """Return a point along a step and the part of the step: halved until the merit is low enough.
+
+    Variables keep their own limits, also while those of the homotopy are wider.
+    """
+    merits = [path.merit(t, point, prices) for point in past]
+    limit = max(merits) + _IGNORED * max(1.0, abs(merits[-1]))
+    x, n, share = past[-1].x, path.stacked.n, 1.0
+    while True:
+        trial = np.clip(x + share * d, path.stacked.lower[:n], path.stacked.upper[:n])
+        point = path.stacked.point(trial)
+        if path.merit(t, point, prices) <= limit + _ENOUGH * share * fall or share < _SHORTEST:
+            return point, share
+        share /= 2.0
+
+
+def _hessian(stacked: Stacked, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return the Hessian (n, n) of the Lagrangian."""
+    upper = stacked.upper_hessian(x, y[stacked.n :])
+    return np.asarray(upper + np.triu(upper, 1).T, dtype=float)
+
+
+def _optimal(stacked: Stacked, here: Point, now: Derivatives, y: FloatArray) -> bool:
+    """Return whether a point and its multipliers meet the KKT conditions."""
+    excess = np.maximum(stacked.lower - here.bounded, here.bounded - stacked.upper)
+    slack = here.bounded - bounds_of(y, stacked.lower, stacked.upper)
+    return bool(
+        np.abs(now.slope(y)).max() <= _STATIONARY
+        and excess.max() <= _FEASIBLE
+        and np.abs(y * slack).max() <= _COMPLEMENTARY
+    )
+
+
+def _end(stacked: Stacked, here: Point, y: FloatArray, status: str, steps: int) -> End:
+    duals = Duals(y[stacked.n :], y[: stacked.n])
+    return End(here.x, duals, status == OPTIMAL, status, steps)

@@ -1,0 +1,142 @@
+"""A nonlinear program as plain functions of its variables, its multipliers, and where it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from human_gait.arrays import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class NonlinearProgram:
+    """Minimise a cost subject to bounds of n variables and of m rows.
+
+    Attributes
+    ----------
+    lower, upper : (n,) array
+    row_lower, row_upper : (m,) array
+    cost : function, x -> float
+    gradient : function, x -> (n,) array
+    rows : function, x -> (m,) array
+    jacobian_entries : two int arrays
+        Rows and columns of the entries that can differ from zero; what occurs twice is added.
+    jacobian : function, x -> array
+        The entries.
+    hessian_entries : two int arrays
+        Of the upper triangle, none twice.
+    hessian : function, (x, float, (m,) array) -> array
+        Entries of the second derivatives of factor * cost + multipliers * rows.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    row_lower: FloatArray
+    row_upper: FloatArray
+    cost: Callable[[FloatArray], float]
+    gradient: Callable[[FloatArray], FloatArray]
+    rows: Callable[[FloatArray], FloatArray]
+    jacobian_entries: tuple[IntArray, IntArray]
+    jacobian: Callable[[FloatArray], FloatArray]
+    hessian_entries: tuple[IntArray, IntArray]
+    hessian: Callable[[FloatArray, float, FloatArray], FloatArray]
+
+
+@dataclass(frozen=True)
+class Duals:
+    """Multipliers of a point, positive at upper bounds that hold, negative at lower ones.
+
+    Attributes
+    ----------
+    rows : (m,) array
+    variables : (n,) array
+    """
+
+    rows: FloatArray
+    variables: FloatArray
+
+
+@dataclass(frozen=True)
+class End:
+    """Where a solver ended.
+
+    Attributes
+    ----------
+    x : (n,) array
+    duals : Duals
+    solved : bool
+    status : str
+        In the solver's words.
+    iterations : int
+    """
+
+    x: FloatArray
+    duals: Duals
+    solved: bool
+    status: str
+    iterations: int
+
+
+@dataclass(frozen=True)
+class Point:
+    """The variables, the cost, and all that is bounded: variables, then rows, (n + m,)."""
+
+    x: FloatArray
+    cost: float
+    bounded: FloatArray
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Gradient (n,) of the cost and dense Jacobian (m, n) of the rows."""
+
+    gradient: FloatArray
+    jacobian: FloatArray
+
+    def slope(self, y: FloatArray) -> FloatArray:
+        """Return the gradient (n,) of the Lagrangian with multipliers of all that is bounded."""
+        n = len(self.gradient)
+        return np.asarray(self.gradient + y[:n] + y[n:] @ self.jacobian, dtype=float)
+
+
+class Stacked:
+    """A nonlinear program with dense derivatives, its variables and rows bounded alike.
+
+    Attributes
+    ----------
+    n : int
+    lower, upper : (n + m,) array
+        Of the variables, then of the rows.
+    """
+
+    def __init__(self, problem: NonlinearProgram) -> None:
+        self._problem, self.n = problem, len(problem.lower)
+        self.lower = np.concatenate([problem.lower, problem.row_lower])
+        self.upper = np.concatenate([problem.upper, problem.row_upper])
+        rows, columns = problem.jacobian_entries
+        self._places = rows * self.n + columns
+
+    def point(self, x: FloatArray) -> Point:
+        """Return cost and rows; an infinite cost where they cannot be computed."""
+        try:
+            cost, rows = self._problem.cost(x), self._problem.rows(x)
+        except np.linalg.LinAlgError:  # a pose at the end of its coordinates
+            return Point(x, np.inf, np.zeros_like(self.lower))
+        point = Point(x, cost, np.concatenate([x, rows]))
+        computed = np.isfinite(cost) and np.all(np.isfinite(point.bounded))
+        return point if computed else Point(x, np.inf, np.zeros_like(self.lower))
+
+    def derivatives(self, x: FloatArray) -> Derivatives:
+        """Return gradient and Jacobian."""
+        m, n = len(self.lower) - self.n, self.n
+        entries = np.bincount(self._places, self._problem.jacobian(x), m * n)
+        jacobian = np.asarray(entries.reshape(m, n), dtype=float)
+        return Derivatives(self._problem.gradient(x), jacobian)
+
+    def upper_hessian(self, x: FloatArray, by_row: FloatArray) -> FloatArray:
+        """Return the upper triangle (n, n) of the Lagrangian's second derivatives."""
+        dense = np.zeros((self.n, self.n))
+        dense[self._problem.hessian_entries] = self._problem.hessian(x, 1.0, by_row)
+        return dense

@@ -1,0 +1,1 @@
+"""Measured gait, and how close a walk comes to it."""

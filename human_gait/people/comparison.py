@@ -1,0 +1,213 @@
+"""A result folder held against measured people: a table, two files of numbers and a plot."""
+
+import csv
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from human_gait.exceptions import ResultError
+from human_gait.people.pictures import compare_figure
+from human_gait.people.reference import Cycle, Reference, Score, references_near, scores
+from human_gait.people.spatiotemporal import StepScore, step_scores
+from human_gait.results.folder import read_json, whole_file
+from human_gait.walk.gait_cycle import label_and_unit, load_gait_cycle
+
+FILES = ("compare.json", "compare.csv", "compare.png")
+_COLUMNS = (
+    "r",
+    "RMSE",
+    "means\nout",
+    "predicted\nrange",
+    "measured\nrange",
+    "peak\n[%]",
+    "in 1, 2\nSD [%]",
+)
+_UNITS = (
+    "Angles in deg, moments in N m/kg, forces in BW. RMSE as it is and with the means taken out; "
+    "time of the peak, predicted and measured; share of the time within 1 and 2 SD of the mean."
+)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A gait cycle and its scores.
+
+    Attributes
+    ----------
+    speed, step_length : float, [m/s] and [m]
+    cycle : mapping of str to (101,) array
+    references : tuple of Reference
+    scores : tuple of Score
+    step_scores : tuple of StepScore
+    """
+
+    speed: float
+    step_length: float
+    cycle: Cycle
+    references: tuple[Reference, ...]
+    scores: tuple[Score, ...]
+    step_scores: tuple[StepScore, ...]
+
+
+def compare_to_folder(folder: str | Path) -> Table:
+    """Compare the result in a folder, write ``compare.*`` into it and return the table.
+
+    Raises
+    ------
+    ResultError
+        If ``gait_cycle.csv`` or ``summary.json`` is missing or cannot be used.
+    """
+    comparison = compare_folder(folder)
+    save_comparison(comparison, folder)
+    return comparison_table(comparison)
+
+
+def compare_folder(folder: str | Path) -> Comparison:
+    """Read the result in a folder and score it against the measured curves.
+
+    Raises
+    ------
+    ResultError
+        If ``gait_cycle.csv`` or ``summary.json`` is missing or cannot be used.
+    """
+    folder = Path(folder)
+    cycle = load_gait_cycle(folder / "gait_cycle.csv")
+    speed, step_length = _speed_and_step_length(folder / "summary.json")
+    measured = references_near(speed)
+    try:
+        found = tuple(score for reference in measured for score in scores(cycle, reference))
+        steps = step_scores(cycle, speed, step_length)
+    except ResultError as error:
+        raise ResultError(f"{folder / 'gait_cycle.csv'}: {error}") from None
+    return Comparison(speed, step_length, cycle, measured, found, steps)
+
+
+def _speed_and_step_length(path: Path) -> tuple[float, float]:
+    def positive(summary: object) -> tuple[float, float]:
+        speed = _positive(path, summary, "walking_speed_m_per_s")
+        return speed, _positive(path, summary, "step_length_m")
+
+    return read_json(path, positive)
+
+
+def _positive(path: Path, summary: object, key: str) -> float:
+    value = summary.get(key) if isinstance(summary, Mapping) else None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 1e-3 < value < 1e3:
+        raise ResultError(f"{path}: {key} must be a number above 0, of a walk")
+    return float(value)
+
+
+def comparison_table(comparison: Comparison) -> Table:
+    """Return the scores as a table, one section for each reference."""
+    heading = f"{comparison.speed:.2f} m/s, steps of {comparison.step_length:.2f} m"
+    table = Table(
+        title=f"Predicted against measured gait: {heading}",
+        caption="\n".join([_UNITS, *map(_sentence, comparison.step_scores)]),
+        caption_justify="left",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+    )
+    table.add_column("curve")
+    for name in _COLUMNS:
+        table.add_column(name, justify="right", no_wrap=True)
+    for reference in comparison.references:
+        over = "stance" if reference.stance_only else "gait cycle"
+        table.add_section()
+        table.add_row(f"[bold]{reference.label}, {over}[/bold]")
+        for score in comparison.scores:
+            if score.reference == reference.name:
+                table.add_row(*_cells(score))
+    return table
+
+
+def _cells(score: Score) -> tuple[str, ...]:
+    label, unit = label_and_unit(score.curve)
+    digits = 1 if unit == "deg" else 2
+    shares = (100.0 * score.within_1sd, 100.0 * score.within_2sd)
+    return (
+        label,
+        f"{score.r:.2f}" if math.isfinite(score.r) else "-",
+        f"{score.rmse:.{digits}f}",
+        f"{score.rmse_offset_free:.{digits}f}",
+        _pair(score.predicted_range, digits),
+        _pair(score.measured_range, digits),
+        _pair((score.predicted_peak_percent, score.measured_peak_percent), 0),
+        _pair(shares, 0),
+    )
+
+
+def _pair(values: tuple[float, float], digits: int) -> str:
+    return ", ".join(f"{value:.{digits}f}" for value in values)
+
+
+def _sentence(step: StepScore) -> str:
+    return (
+        f"{step.name.capitalize()} {step.predicted:.3g} {step.unit}, measured {step.measured:.3g}"
+        f" ({step.lower:.3g} to {step.upper:.3g}): {step.basis}."
+    )
+
+
+def save_comparison(comparison: Comparison, folder: str | Path) -> None:
+    """Write ``compare.json``, ``compare.csv`` and ``compare.png`` into a folder."""
+    folder = Path(folder)
+    figure = compare_figure(comparison.cycle, comparison.references)
+    text = json.dumps(_plain(comparison), indent=2, allow_nan=False)
+    with whole_file(folder / "compare.json") as path:
+        path.write_text(text + "\n", encoding="utf-8")
+    with whole_file(folder / "compare.csv") as path:
+        path.write_text(_csv(comparison), encoding="utf-8")
+    with whole_file(folder / "compare.png") as path:
+        figure.savefig(path, dpi=130)
+
+
+def _plain(comparison: Comparison) -> dict[str, Any]:
+    """Return the scores as JSON knows them; an undefined correlation is null."""
+    return {
+        "walking_speed_m_per_s": comparison.speed,
+        "step_length_m": comparison.step_length,
+        "references": [_source(reference) for reference in comparison.references],
+        "scores": [
+            asdict(score) | {"r": score.r if math.isfinite(score.r) else None}
+            for score in comparison.scores
+        ],
+        "step": [asdict(step) | {"inside": step.inside} for step in comparison.step_scores],
+    }
+
+
+def _source(reference: Reference) -> dict[str, Any]:
+    return {
+        "name": reference.name,
+        "label": reference.label,
+        "speed_m_per_s": reference.speed,
+        "citation": reference.citation,
+        "licence": reference.licence,
+    }
+
+
+def _csv(comparison: Comparison) -> str:
+    """Return one row for each score, the ranges in two columns each."""
+    text = StringIO()
+    rows = [_flat(score) for score in comparison.scores]
+    writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def _flat(score: Score) -> dict[str, object]:
+    row: dict[str, object] = {}
+    for name, value in asdict(score).items():
+        if isinstance(value, tuple):
+            stem = name.removesuffix("_range")
+            row |= {f"{stem}_least": value[0], f"{stem}_greatest": value[1]}
+        else:
+            row[name] = value
+    return row

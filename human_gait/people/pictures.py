@@ -1,0 +1,111 @@
+"""The gait cycle of a result over the measured curves, with their standard deviations."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from human_gait.arrays import FloatArray
+from human_gait.people.reference import Cycle, MeasuredCurve, Reference, Score, scores, stance
+from human_gait.walk.gait_cycle import label_and_unit
+
+PREDICTED = "#D55E00"
+_MEASURED = (("#0072B2", "--"), ("#009E73", "-."), ("#CC79A7", ":"))
+"""Colours of Okabe and Ito (safe for the colour-blind) and line styles, by reference."""
+
+PANELS = (
+    ("pelvis_tilt_anterior_deg", "pelvis_obliquity_up_deg", "pelvis_rotation_internal_deg"),
+    ("hip_flexion_deg", "hip_adduction_deg", "hip_rotation_internal_deg"),
+    ("knee_flexion_deg", "ankle_dorsiflexion_deg", "trunk_flexion_deg"),
+    ("shoulder_flexion_deg", "elbow_flexion_deg", "hip_abduction_Nm_per_kg"),
+    ("hip_extension_Nm_per_kg", "knee_extension_Nm_per_kg", "ankle_plantarflexion_Nm_per_kg"),
+    ("vertical_up_BW", "foreaft_forward_BW", "mediolateral_medial_BW"),
+)
+
+
+def compare_figure(cycle: Cycle, measured: Sequence[Reference]) -> Figure:
+    """Draw every column of a gait cycle over the measured mean and its SD.
+
+    Parameters
+    ----------
+    cycle : mapping of str to (101,) array
+    measured : sequence of Reference, at most three
+        One that covers stance only is stretched over the predicted stance.
+
+    Raises
+    ------
+    ResultError
+        If one covers stance only and the foot never stands.
+    """
+    figure = Figure(figsize=(10.5, 14.5), layout="constrained")
+    axes = figure.subplots(len(PANELS), len(PANELS[0]), sharex=True)
+    r = {(s.reference, s.curve): s for source in measured for s in scores(cycle, source)}
+    for ax, column in zip(axes.flat, (name for row in PANELS for name in row), strict=True):
+        draw_column(ax, column, cycle, measured)
+        _correlations(ax, column, measured, r)
+    for ax in axes[-1]:
+        ax.set_xlabel("gait cycle of the right leg [%]")
+    figure.align_ylabels(axes)
+    _legend(figure, axes.flat)
+    return figure
+
+
+def draw_column(ax: Axes, column: str, cycle: Cycle, measured: Sequence[Reference]) -> None:
+    """Draw one column of a gait cycle over the measured means and a band of one SD around each."""
+    label, unit = label_and_unit(column)
+    ax.set_title(label[0].upper() + label[1:], fontsize=10, loc="left")
+    ax.set_ylabel(f"[{unit}]", fontsize=9)
+    ax.set_xlim(0, 100)
+    ax.tick_params(labelsize=8)
+    ax.axhline(0.0, color="0.8", linewidth=0.8, zorder=0)
+    for reference, (colour, style) in zip(measured, _MEASURED, strict=False):
+        if column in reference.curves:
+            curve = reference.curves[column]
+            percent = _over_cycle(curve, reference, cycle)
+            below, above = curve.mean - curve.sd, curve.mean + curve.sd
+            ax.fill_between(percent, below, above, color=colour, alpha=0.2, linewidth=0)
+            ax.plot(percent, curve.mean, style, color=colour, label=f"{reference.label}, mean ± SD")
+    ax.plot(cycle["gait_cycle_percent"], cycle[column], color=PREDICTED, lw=2, label="predicted")
+
+
+def _over_cycle(curve: MeasuredCurve, reference: Reference, cycle: Cycle) -> FloatArray:
+    if not reference.stance_only:
+        return curve.percent
+    start, end = stance(cycle)
+    return start + curve.percent / 100.0 * (end - start)
+
+
+def _correlations(
+    ax: Axes,
+    column: str,
+    measured: Sequence[Reference],
+    known: Mapping[tuple[str, str], Score],
+) -> None:
+    """Write r in the colour of each reference, from the right end of the title leftwards."""
+    right = 1.0
+    for reference, (colour, _) in zip(measured, _MEASURED, strict=False):
+        found = known.get((reference.name, column))
+        if found and np.isfinite(found.r):
+            text = f"r = {found.r:.2f}"
+            ax.annotate(
+                text, (right, 1.01), xycoords="axes fraction", color=colour, fontsize=8, ha="right"
+            )
+            right -= 0.22
+
+
+def _legend(figure: Figure, axes: Iterable[Axes]) -> None:
+    """Name each line once, above all panels."""
+    entries: dict[str, Artist] = {}
+    for ax in axes:
+        lines, names = ax.get_legend_handles_labels()
+        entries |= dict(zip(names, lines, strict=True))
+    labels = sorted(entries, key=lambda label: label != "predicted")
+    figure.legend(
+        [entries[label] for label in labels],
+        labels,
+        loc="outside upper center",
+        ncols=2,
+        fontsize=9,
+    )

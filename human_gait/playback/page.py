@@ -1,0 +1,257 @@
+"""The walk in MeshCat: a page that opens without a server, or is shown live from this computer.
+
+The page holds MeshCat's viewer, the commands of the scene in their order, and controls. It shows
+one walk, or two at the same phase of the stride: at the same time, walks of different pace would
+soon be in different phases, and no postures could be compared.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import sys
+import threading
+import webbrowser
+from collections.abc import Iterator, Sequence
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import jinja2
+import numpy as np
+from markupsafe import Markup
+
+from human_gait.exceptions import ResultError
+from human_gait.playback.drawn_body import torque_sizes
+from human_gait.playback.scene import COLOURS, FOOTHOLDS, WALKERS, Stride, scene_commands, stride_of
+
+if TYPE_CHECKING:
+    from human_gait.walk.gait import Gait
+
+LOOPBACK = "127.0.0.1"
+PORT = 7000  # MeshCat's; any free one if it is taken
+
+TORQUE_COLOURS = ("#f4f2e8", "#b5dc9d", "#4fae86", "#17747a", "#12304f")
+"""Colours of joint torques from none to the largest, evenly spaced; ever darker."""
+
+
+def play(
+    gait: Gait,
+    strides: int | None = None,
+    host: str = LOOPBACK,
+    second: Gait | None = None,
+    overlay: bool = False,
+) -> None:
+    """Show a walk in MeshCat: print its address on this computer, open a browser if there is one.
+
+    Parameters
+    ----------
+    gait : Gait
+    strides : int, optional
+        Stop and return after so many strides; otherwise walk until Ctrl-C.
+    host : str
+        Address to listen on; by default this computer alone can connect.
+    second : Gait, optional
+        Another walk to show beside it, at the same phase of the stride.
+    overlay : bool
+        Show the second one translucent in the same place.
+
+    Raises
+    ------
+    ValueError
+        If `strides` is less than 1.
+    ResultError
+        If this computer has no such address.
+    """
+    if strides is not None and strides < 1:
+        raise ValueError(f"strides must be at least 1, not {strides}")
+    page = playback_page(gait, strides, second, overlay)
+    with _page_server(page, host) as server, contextlib.suppress(KeyboardInterrupt):
+        url = f"http://{host}:{server.server_port}/"
+        print(f"MeshCat at {url}, Ctrl-C to stop", flush=True)  # noqa: T201, for who plays
+        if has_screen():
+            webbrowser.open(url)
+        if strides is not None:
+            bell = threading.Timer(2 * gait.step_time * strides, server.shutdown)
+            bell.daemon = True
+            bell.start()
+        server.serve_forever()
+
+
+def save_playback(
+    gait: Gait, path: str | Path, second: Gait | None = None, overlay: bool = False
+) -> None:
+    """Write an HTML page that plays the walk and needs no server, no network and no other file.
+
+    `second` and `overlay` are those of `play`.
+    """
+    page = playback_page(gait, None, second, overlay)
+    Path(path).write_text(page, encoding="utf-8")
+
+
+def playback_page(
+    gait: Gait,
+    strides: int | None = None,
+    second: Gait | None = None,
+    overlay: bool = False,
+) -> str:
+    """Return the HTML page that plays a walk, or two.
+
+    Parameters
+    ----------
+    gait : Gait
+    strides : int, optional
+        Stop after so many; otherwise walk endlessly.
+    second : Gait, optional
+        Another walk to show at the same phase of the stride.
+    overlay : bool
+        Begin with the second one translucent over the first instead of beside it.
+    """
+    gaits = [gait, second] if second else [gait]
+    walks = [_about(each, name) for each, name in zip(gaits, _names(gaits), strict=True)]
+    scenes = [stride_of(each) for each in gaits]
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
+    viewer = files("meshcat") / "viewer" / "dist" / "main.min.js"
+    return environment.from_string(_text("playback.html")).render(
+        title=" and ".join(walk["name"] for walk in walks),
+        walks=walks,
+        note=_note(walks) if second else "",
+        layers=_layers(gaits),
+        data=_data(scenes, walks, strides, overlay),
+        viewer=Markup(viewer.read_text(encoding="utf-8")),
+        script=Markup(_text("playback.js")),
+    )
+
+
+def _text(name: str) -> str:
+    return (files("human_gait.data") / name).read_text(encoding="utf-8")
+
+
+def _names(gaits: Sequence[Gait]) -> list[str]:
+    """Return what the walks are called, numbered if their scenarios have one name."""
+    names = [gait.scenario.name for gait in gaits]
+    if len(set(names)) == len(names):
+        return names
+    return [f"{name} ({k})" for k, name in enumerate(names, start=1)]
+
+
+def _about(gait: Gait, name: str) -> dict[str, Any]:
+    """Return what the page says of a walk."""
+    return {
+        "name": name,
+        "caption": _caption(gait),
+        "strideTime": 2 * gait.step_time,
+        "doubleSupport": gait.scenario.phases.double_support / 2,  # of the stride
+    }
+
+
+def _data(
+    strides: Sequence[Stride], walks: list[dict[str, Any]], limit: int | None, overlay: bool
+) -> dict[str, Any]:
+    """Return what the script of the page reads."""
+    torques = [torque_sizes(stride.instants.tau) for stride in strides]
+    largest = max(float(size.max()) for sizes in torques for size in sizes.values())
+    return {
+        "walks": [
+            {**walk, "torques": {name: size.round(1).tolist() for name, size in sizes.items()}}
+            for walk, sizes in zip(walks, torques, strict=True)
+        ],
+        "nodes": WALKERS,
+        "strides": limit,
+        "overlay": overlay and len(strides) > 1,
+        "stature": max(stride.gait.body.subject.stature for stride in strides),
+        "torqueMax": max(10 * int(np.ceil(largest / 10)), 10),  # [N m]
+        "ramp": TORQUE_COLOURS,
+        "colours": _css_colours(),
+        "commands": scene_commands(strides),
+    }
+
+
+def _css_colours() -> dict[str, str]:
+    return {name: f"#{colour:06x}" for name, colour in COLOURS.items()}
+
+
+def _layers(gaits: Sequence[Gait]) -> list[dict[str, Any]]:
+    """Return the layers that can be shown or hidden, with the colours of their legend."""
+    colours = _css_colours()
+    feet = [colours["right"], colours["left"]]
+    footholds = [f"#{FOOTHOLDS[foot]:06x}" for foot in ("right", "left")]
+    loaded = any(gait.body.load.mass > 0 for gait in gaits)
+    layers = [
+        ("body", "Body", [], ""),
+        *([("backpack", "Backpack", [], "")] if loaded else []),
+        ("footholds", "Footholds", footholds, ""),
+        ("support", "Support polygon", [colours["support"]], ""),
+        ("zmp", "Zero moment point", [colours["zmp"]], "dot"),
+        ("ground_reaction", "Ground reaction", feet, ""),
+        ("torques", "Joint torques", TORQUE_COLOURS[1:4], ""),
+    ]
+    return [
+        {"name": name, "label": label, "colours": shown, "shape": shape, "shown": name != "torques"}
+        for name, label, shown, shape in layers
+    ]
+
+
+def _note(walks: list[dict[str, Any]]) -> str:
+    """Return how two walks of any pace are shown at once."""
+    note = "Both walkers are at the same per cent of it, to compare postures"
+    first, second = (walk["strideTime"] for walk in walks)
+    if abs(first - second) < 0.005:
+        return f"{note}."
+    paces = [_quantity(time, "s", ".2f") for time in (first, second)]
+    return f"{note}, at the pace of the first: {paces[0]}; the second needs {paces[1]}."
+
+
+def has_screen() -> bool:
+    """Return whether a browser can open a window here, not only in the terminal."""
+    desktop = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    return sys.platform in {"darwin", "win32"} or any(os.environ.get(name) for name in desktop)
+
+
+def _caption(gait: Gait) -> str:
+    walk, subject, load = gait.scenario.walk, gait.body.subject, gait.body.load
+    stature, mass = _quantity(subject.stature, "m"), _quantity(subject.mass, "kg")
+    carried = f", load {_quantity(load.mass, 'kg', '.3g')}" if load.mass > 0 else ""
+    speed, step = _quantity(walk.speed, "m/s"), _quantity(walk.step_length, "m")
+    return f"{speed}, step {step}; {subject.sex}, {stature}, {mass}{carried}"
+
+
+def _quantity(value: float, unit: str, form: str = "g") -> str:
+    """Return a number with its unit, which stay in one line."""
+    return f"{value:{form}}\N{NO-BREAK SPACE}{unit}"
+
+
+def _listening(host: str, handler: type[BaseHTTPRequestHandler]) -> ThreadingHTTPServer:
+    if not host:
+        raise OSError(errno.EINVAL, "it is empty")
+    try:
+        return ThreadingHTTPServer((host, PORT), handler)
+    except OSError:
+        return ThreadingHTTPServer((host, 0), handler)
+
+
+@contextlib.contextmanager
+def _page_server(page: str, host: str = LOOPBACK) -> Iterator[ThreadingHTTPServer]:
+    """Serve one page, by default to this computer only."""
+    content = page.encode()
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html; charset=utf-8")
+            self.send_header("Content-Length", str(len(content)))
+            self.end_headers()
+            self.wfile.write(content)
+
+        def log_message(self, format: str, *args: object) -> None:  # noqa: A002
+            """Keep the terminal quiet."""
+
+    try:
+        server = _listening(host, Handler)
+    except OSError as error:
+        message = f"--host = {host!r}: must be an address of this computer: {error.strerror}"
+        raise ResultError(message) from None
+    with server:
+        yield server

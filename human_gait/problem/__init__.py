@@ -1,0 +1,1 @@
+"""The walk as an optimisation problem: objective, constraints, control points."""

@@ -1,0 +1,144 @@
+"""From control points to instants and back: the chain rule of Eq. (31), in one place.
+
+Rows of constraints and second derivatives know the state (q, v, a) of an instant; in control points
+
+    d/dP = d/dq N + d/dv N' + d/da N''.
+
+An instant couples only the four control points whose basis functions are not zero there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import coo_array
+
+from human_gait.arrays import FloatArray, IntArray
+from human_gait.body.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF
+from human_gait.problem.constraints import Constraint, Residual
+from human_gait.walk.bspline import DEGREE, Basis
+from human_gait.walk.instant import SecondDerivatives
+
+
+class Transcription:
+    """The motion of a basis at the instants of a grid.
+
+    Parameters
+    ----------
+    basis : Basis
+    times : (K,) array, [s]
+    """
+
+    def __init__(self, basis: Basis, times: FloatArray) -> None:
+        self.basis, self.times = basis, times
+        self._N = [basis.matrix(times, order) for order in range(3)]
+        self._active = _active_functions(basis, times)
+        at = np.arange(len(times))[:, None]
+        self._active_N = np.stack([matrix[at, self._active] for matrix in self._N])
+
+    def motion(self, control_points: FloatArray) -> list[FloatArray]:
+        """Return q, v, a (K, 55) from all control points (n, 55)."""
+        return [N @ control_points for N in self._N]
+
+    def gradient(self, partials: FloatArray) -> FloatArray:
+        """Return the gradient (m * 55,) of what has partials (K, 165) in q, v, a."""
+        by_order = partials.reshape(-1, 3, N_DOF)
+        by_point = sum(N.T @ by_order[:, order] for order, N in enumerate(self._N))
+        return self.basis.fold(np.asarray(by_point)[None]).ravel()
+
+    def entries(self, constraint: Constraint) -> tuple[IntArray, IntArray]:
+        """Return row and column of every entry of a Jacobian that can differ from zero.
+
+        With three free control points an entry can occur twice: the two are to be added.
+        """
+        j, d, _ = self._places(constraint)
+        rows = np.broadcast_to(np.arange(len(j))[:, None, None], d.shape)
+        return rows.ravel(), (j * N_DOF + d).ravel()
+
+    def values(self, constraint: Constraint, residual: Residual) -> FloatArray:
+        """Return the entries of a Jacobian in the order of `entries`."""
+        _, _, sign = self._places(constraint)
+        N = self._active_N[:, constraint.instants]
+        parts = zip(N, (residual.dq, residual.dv, residual.da), strict=True)
+        blocks = sum(n[:, :, None] * d[:, None, :] for n, d in parts)
+        return np.asarray(blocks * sign).ravel()
+
+    def jacobian(self, constraint: Constraint, residual: Residual) -> FloatArray:
+        """Return the Jacobian (r, m * 55) of the rows of a constraint."""
+        shape = len(constraint.instants), self.basis.n_free * N_DOF
+        entries = self.values(constraint, residual), self.entries(constraint)
+        return np.asarray(coo_array(entries, shape=shape).toarray())
+
+    def hessian(self, second: SecondDerivatives) -> FloatArray:
+        """Return second derivatives (m * 55, m * 55) from those at the instants."""
+        m = self.basis.n_free
+        by_point = np.zeros((m, N_DOF, m, N_DOF))
+        direct = np.stack(second.direct, axis=1).reshape(len(self.times), 4, -1)
+        rows, left, right = (self._onto_points(x) for x in (second.rows, second.left, second.right))
+        for first in np.unique(self._active[:, 0]):
+            k = np.flatnonzero(self._active[:, 0] == first)
+            half = _flat(left[k]).T @ _flat(right[k]) + self._direct(k, direct[k])
+            A = _flat(rows[k])
+            half += A.T @ A / 2
+            self._add(by_point, first, half + half.T)
+        return by_point.reshape(m * N_DOF, m * N_DOF)
+
+    def _add(self, by_point: FloatArray, first: int, block: FloatArray) -> None:
+        """Add second derivatives (220, 220) in the control points from `first` on, Eq. (26)."""
+        m = self.basis.n_free
+        functions = first + np.arange(DEGREE + 1)
+        block = block.reshape(DEGREE + 1, N_DOF, DEGREE + 1, N_DOF)
+        past = functions >= m  # the mirror images of the first control points
+        block[past] = block[past][:, MIRROR_INDEX] * MIRROR_SIGN[:, None, None]
+        block[:, :, past] = block[:, :, past][..., MIRROR_INDEX] * MIRROR_SIGN
+        for i, row in enumerate(functions % m):
+            for j, column in enumerate(functions % m):
+                by_point[row, :, column] += block[i, :, j]
+
+    def _onto_points(self, rows: FloatArray) -> FloatArray:
+        """Return rows (K, r, 165) in q, v, a as rows (K, r, 4, 55) in the active control points."""
+        by_order = rows.reshape(*rows.shape[:2], 3, N_DOF)
+        return np.asarray(self._active_N.transpose(1, 2, 0)[:, None] @ by_order)
+
+    def _direct(self, k: IntArray, blocks: FloatArray) -> FloatArray:
+        """Return half of what blocks qq, qv, qa, vv (k, 4, 3025) add to active points, (220, 220).
+
+        The other half is its transpose.
+        """
+        q, v, a = self._active_N[:, k]
+        pairs = (q / 2, q), (q, v), (q, a), (v / 2, v)
+        weights = np.stack([i[:, :, None] * j[:, None, :] for i, j in pairs])  # (4, k, 4, 4)
+        flat = weights.transpose(2, 3, 1, 0).reshape(16, -1) @ blocks.reshape(-1, N_DOF**2)
+        half = flat.reshape(4, 4, N_DOF, N_DOF).transpose(0, 2, 1, 3)
+        return half.reshape(4 * N_DOF, 4 * N_DOF)
+
+    def coupled(self) -> npt.NDArray[np.bool_]:
+        """Return (m, m) true where second derivatives of two free control points can be."""
+        m = self.basis.n_free
+        coupled = np.zeros((m, m), dtype=bool)
+        free = self._active % m
+        coupled[free[:, :, None], free[:, None, :]] = True
+        return coupled
+
+    def _places(self, constraint: Constraint) -> tuple[IntArray, IntArray, FloatArray]:
+        """Return free control point (r, 4, 1), DOF and sign (r, 4, c) of each entry, Eq. (26).
+
+        Control points past the free ones are the mirror images of the first ones.
+        """
+        m, columns = self.basis.n_free, constraint.columns[:, None]
+        functions = self._active[constraint.instants][:, :, None]
+        mirrored = functions >= m
+        dof = np.where(mirrored, MIRROR_INDEX[columns], columns)
+        return functions % m, dof, np.where(mirrored, MIRROR_SIGN[columns], 1.0)
+
+
+def _flat(rows: FloatArray) -> FloatArray:
+    """Return rows (k, r, 4, 55) of several instants below each other, (k * r, 220)."""
+    return rows.reshape(-1, (DEGREE + 1) * N_DOF)
+
+
+def _active_functions(basis: Basis, times: FloatArray) -> IntArray:
+    """Return the four basis functions (K, 4) that are not zero at each instant."""
+    piece = np.searchsorted(basis.breaks, times, side="right") - 1
+    piece = np.clip(piece, 0, basis.n_pieces - 1)
+    return np.asarray(piece[:, None] + np.arange(DEGREE + 1))

@@ -1,0 +1,1 @@
+"""What a result folder holds, and how it appears whole or not at all."""

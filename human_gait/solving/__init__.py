@@ -1,0 +1,1 @@
+"""Ways to solve the problem, and what to say of the outcome."""

@@ -1,0 +1,260 @@
+"""Ways to start a solve, one after another, until one ends in a walk that passes every check.
+
+Most scenarios need the first one only. Every rung is recorded; for a given seed the ladder takes
+the same way every time.
+
+1. The guess from the plan alone: as it is (for ``newton``), then by three posture paths, as a rule,
+   freer, more gently.
+2. Continuation: the same person walks comfortably and unladen first; speed, step and load then move
+   to those asked for in two strides, each solve starting from the one before.
+3. The guess, disturbed at random.
+4. The other solvers.
+
+An attempt that ends feasible but not optimal is taken up again where it ended. If all that is wrong
+with a walk is that it would slip, it is taken up with friction as a constraint: hardly any walk
+needs that, and the solvers are quicker without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import chain
+
+import numpy as np
+
+from human_gait.arrays import FloatArray
+from human_gait.body.skeleton import GRAVITY, N_DOF
+from human_gait.checks.verification import FRICTION, Check, verify
+from human_gait.problem.program import GaitProgram, build_program
+from human_gait.scenario import Scenario
+from human_gait.solving.solver import FEASIBLE, POSTURE, SOLVERS, Iterate, Solution, solve
+from human_gait.solving.warm_start import stretched
+from human_gait.walk.gait_file import make_record
+
+Tell = Callable[[Iterate], None]
+Run = Callable[..., Solution]
+
+OWN_GUESS, GIVEN, WARM = "own guess", "given start", "warm start"
+_PATHS: dict[str, tuple[float, float] | None] = {
+    OWN_GUESS: None,
+    "own guess, by a posture path": POSTURE,
+    "own guess, freer": (0.3, 1e-2),
+    "own guess, more gently": (1.0, 1.0),
+}
+_STRIDES = (0.0, 0.5, 1.0)  # of the way from comfortable walking to the walk that is asked for
+_COMFORTABLE_SPEED, _COMFORTABLE_STEP = 0.4, 0.71  # of sqrt(g l) and of l, the length of the leg
+_SPENT = ("iterations", "evaluations", "wall_time")
+_RANDOM_STARTS = 2
+_DISTURBANCE = 0.1  # standard deviation of every control point, [rad] or [m]
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where to start instead of the ladder's own guesses.
+
+    Attributes
+    ----------
+    name : str
+    point : (m * 55,) array
+        Free control points.
+    multipliers : mapping of str to array
+        That belong to the point, for a warm start (`solver.solve`).
+    alone : bool
+        Whether it is the only one; else the ladder's own follow.
+    """
+
+    name: str
+    point: FloatArray
+    multipliers: Mapping[str, FloatArray] = field(default_factory=dict)
+    alone: bool = True
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One solve on the ladder.
+
+    Attributes
+    ----------
+    start : str
+        How it was started.
+    program : GaitProgram
+        What was solved.
+    solution : Solution
+    checks : list of Check
+        Of the gait it ended with.
+    """
+
+    start: str
+    program: GaitProgram
+    solution: Solution
+    checks: list[Check]
+
+    @property
+    def success(self) -> bool:
+        """Whether the solver is content and every check is passed."""
+        return self.solution.converged and all(check.passed for check in self.checks)
+
+    @property
+    def slips(self) -> bool:
+        """Whether it would be a walk on a floor of more friction."""
+        failed = [check.name for check in self.checks if not check.passed]
+        return self.solution.converged and bool(failed) and set(failed) <= set(FRICTION)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint is kept."""
+        return max(violation.value for violation in self.solution.violations) <= FEASIBLE
+
+
+def climb(
+    program: GaitProgram,
+    solver: str = "newton",
+    start: Start | None = None,
+    seed: int = 0,
+    tell: Callable[[str], Tell | None] = lambda _: None,
+    guess: FloatArray | None = None,
+) -> list[Attempt]:
+    """Solve a program from one start after another until there is a walk.
+
+    Parameters
+    ----------
+    program : GaitProgram
+    solver : str
+        One of ``solver.SOLVERS``.
+    start : Start, optional
+        What to start from before the ladder's own guesses, or instead.
+    seed : int
+        Of the random starts.
+    tell : function, optional
+        Is given the name of a start and returns what is given every evaluated point.
+    guess : (m * 55,) array, optional
+        Free control points instead of the program's own guess on the first rungs.
+
+    Returns
+    -------
+    list of Attempt
+        In the order they were made; the last one is a walk, or all have failed. An interruption
+        ends it with what there is.
+
+    Raises
+    ------
+    ValueError
+        If there is no such solver.
+    KeyboardInterrupt
+        If there is nothing to keep yet.
+    """
+    rungs = _rungs(program, solver, seed, guess)
+    if start is not None:
+        run = partial(solve, program, solver, start.point, multipliers=start.multipliers)
+        rungs = chain([(start.name, run)], () if start.alone else rungs)
+    attempts: list[Attempt] = []
+    try:
+        for attempt in chain.from_iterable(_taken(program, *rung, tell) for rung in rungs):
+            attempts.append(attempt)
+            if attempt.success or attempt.solution.interrupted:
+                break
+    except KeyboardInterrupt:
+        if not attempts:
+            raise
+    return attempts
+
+
+def best(attempts: list[Attempt]) -> Attempt:
+    """Return the attempt to keep: a walk, else what is feasible, else what violates least."""
+
+    def rank(attempt: Attempt) -> tuple[bool, bool, float, float]:
+        worst = max(violation.value for violation in attempt.solution.violations)
+        failed = not attempt.success, not attempt.solution.converged
+        return *failed, max(worst, FEASIBLE), attempt.solution.cost
+
+    return min(attempts, key=rank)
+
+
+def disturbed(program: GaitProgram, rng: np.random.Generator) -> FloatArray:
+    """Return the program's guess (m * 55,), every control point disturbed within its limits."""
+    guess = program.guess().reshape(-1, N_DOF)
+    noisy = guess + rng.normal(0.0, _DISTURBANCE, guess.shape)
+    return np.clip(noisy, *program.limits).ravel()
+
+
+def _rungs(
+    program: GaitProgram, solver: str, seed: int, first: FloatArray | None
+) -> Iterator[tuple[str, Run]]:
+    for name, weights in _PATHS.items():
+        if weights == POSTURE and solver != "newton":
+            continue  # the others take this path anyway
+        yield name, partial(solve, program, solver, guess=first, weights=weights)
+    yield "continuation", partial(_continued, program, solver)
+    rng = np.random.default_rng(seed)
+    for n in range(1, _RANDOM_STARTS + 1):
+        guess = disturbed(program, rng)
+        yield f"random start {n} of seed {seed}", partial(solve, program, solver, guess=guess)
+    for other in SOLVERS:
+        if other != solver:
+            yield f"{other} instead", partial(solve, program, other)
+
+
+def _taken(
+    program: GaitProgram, name: str, run: Run, tell: Callable[[str], Tell | None]
+) -> Iterator[Attempt]:
+    """Yield an attempt and, where that may help, others that start from its end."""
+    attempt = _attempt(program, name, run, tell)
+    yield attempt
+    if attempt.feasible and not attempt.solution.converged:
+        attempt = _again(program, f"{name}, taken up again", attempt, tell)
+        yield attempt
+    if attempt.slips:
+        yield _again(program.with_friction(), f"{name}, held by friction", attempt, tell)
+
+
+def _again(
+    program: GaitProgram, name: str, ended: Attempt, tell: Callable[[str], Tell | None]
+) -> Attempt:
+    """Solve from where an attempt ended, warm if it has multipliers."""
+    solver, end = ended.solution.solver, ended.solution.gait.free
+    run = partial(solve, program, solver, end, multipliers=ended.solution.multipliers)
+    return _attempt(program, name, run, tell)
+
+
+def _attempt(
+    program: GaitProgram, name: str, run: Run, tell: Callable[[str], Tell | None]
+) -> Attempt:
+    solution = run(tell=tell(name))
+    return Attempt(name, program, solution, verify(make_record(solution.gait)))
+
+
+def _continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> Solution:
+    """Solve walks on the way from comfortable walking; each is the guess of the next."""
+    guess, step_length = None, 0.0
+    spent: list[Solution] = []
+    for share in _STRIDES:
+        task = on_the_way(program.scenario, share)
+        stride = program if share == 1.0 else build_program(task, dynamics=program.dynamics)
+        if guess is not None:
+            guess = stretched(guess, task.walk.step_length / step_length)
+        solution = solve(stride, solver, tell=tell, guess=guess)
+        if solution.interrupted and share < 1.0:
+            raise KeyboardInterrupt  # another walk is nothing to keep
+        spent.append(solution)
+        guess, step_length = solution.gait.free, task.walk.step_length
+    total = {name: sum(getattr(one, name) for one in spent) for name in _SPENT}
+    return replace(solution, **total)
+
+
+def on_the_way(scenario: Scenario, share: float) -> Scenario:
+    """Return a walk between comfortable, unladen walking (share 0) and a scenario (share 1).
+
+    Comfortable speed and step grow with the leg as in walkers of equal Froude number v^2 / (g l).
+    """
+    leg, walk = scenario.subject.leg_length, scenario.walk
+    speed = _COMFORTABLE_SPEED * np.sqrt(GRAVITY * leg)
+    step = _COMFORTABLE_STEP * leg
+    between = replace(
+        walk,
+        speed=float(speed + share * (walk.speed - speed)),
+        step_length=float(step + share * (walk.step_length - step)),
+    )
+    load = replace(scenario.load, mass=share * scenario.load.mass)
+    return replace(scenario, walk=between, load=load)

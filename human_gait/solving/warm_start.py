@@ -1,0 +1,92 @@
+"""A gait that was found before as the start of another problem, with its multipliers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from human_gait.arrays import FloatArray
+from human_gait.body.skeleton import N_DOF, index
+from human_gait.problem.program import LIMITS, SYMMETRY, GaitProgram
+from human_gait.walk.gait import Gait
+from human_gait.walk.gait_file import numbers, opened
+
+FILE = "multipliers.npz"
+_FORWARD = index("pelvis_tz")
+_SAMPLES = 100
+
+
+def save_multipliers(multipliers: Mapping[str, FloatArray], folder: Path) -> None:
+    """Write the shadow price of every bound, by name of its constraint, to ``multipliers.npz``.
+
+    In N^2 m^2 s per unit of the row, as `Solution.multipliers`; nothing is written if there are
+    none.
+    """
+    if multipliers:
+        np.savez_compressed(folder / FILE, **multipliers)  # type: ignore[arg-type]
+
+
+def load_multipliers(folder: Path) -> dict[str, FloatArray]:
+    """Return the multipliers of a result; none if it has none.
+
+    Raises
+    ------
+    ResultError
+        If the file cannot be read or holds something else.
+    """
+    path = folder / FILE
+    if not path.exists():
+        return {}
+    with opened(path, "multipliers") as file:
+        found = {name: numbers(file, name) for name in file}
+        if odd := [name for name, price in found.items() if price.ndim != 1]:
+            raise ValueError(f"{odd[0]} is not a list of numbers")
+    return found
+
+
+def adapted(gait: Gait, program: GaitProgram) -> FloatArray:
+    """Return free control points (m * 55,) of a program from the gait of another one.
+
+    The phases of the step stay where they are, so do the joint angles; the pelvis moves forward
+    as far as the new step is long. Control points beyond new joint limits are brought back.
+    """
+    longer = program.scenario.walk.step_length / gait.step_length
+    same = len(gait.breaks) == len(program.basis.breaks) and (
+        gait.basis.mirrored == program.basis.mirrored
+    )
+    if same and np.allclose(
+        gait.breaks / gait.step_time, program.basis.breaks / program.basis.step_time
+    ):
+        points = stretched(gait.free, longer).reshape(-1, N_DOF)
+    else:
+        phases = np.linspace(0.0, 1.0, _SAMPLES)
+        q = gait.basis.matrix(phases * gait.step_time) @ gait.control_points
+        q[:, _FORWARD] *= longer
+        points = program.basis.fit(
+            phases * program.basis.step_time, q, program.scenario.walk.step_length
+        )
+    return np.clip(points, *program.limits).ravel()
+
+
+def stretched(free: FloatArray, factor: float) -> FloatArray:
+    """Return control points of steps that are longer by a factor, the joint angles as they are."""
+    points = free.reshape(-1, N_DOF).copy()
+    points[:, _FORWARD] *= factor
+    return points.ravel()
+
+
+def fitting(multipliers: Mapping[str, FloatArray], program: GaitProgram) -> dict[str, FloatArray]:
+    """Return the multipliers whose rows a program has too, and 0 for its other rows.
+
+    Rows belong together if a constraint has as many in both; the limits if there are as many
+    control points.
+    """
+    sizes = {c.name: len(c.lower) for c in program.constraints}
+    sizes |= {SYMMETRY[0]: len(program.symmetry_words), LIMITS[0]: len(program.variables)}
+    prices = {name: multipliers.get(name, np.zeros(0)) for name in sizes}
+    return {
+        name: price if len(price) == sizes[name] else np.zeros(sizes[name])
+        for name, price in prices.items()
+    }

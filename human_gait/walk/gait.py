@@ -1,0 +1,236 @@
+"""A gait as a value: the control points of one step and the scenario they belong to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from human_gait.arrays import FloatArray
+from human_gait.body.links import Body
+from human_gait.body.skeleton import index, mirror
+from human_gait.scenario import Scenario
+from human_gait.walk.bspline import Basis
+from human_gait.walk.contact_plan import ContactPlan
+from human_gait.walk.instant import Instants, Walker
+
+REFINEMENT = 10
+"""How much finer the grid of the samples in a file is than the constrained one."""
+
+_FORWARD = index("pelvis_tz")
+_CHUNK = 500  # instants at once: partials take 0.3 MB each
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A gait at K instants, as plain arrays.
+
+    Attributes
+    ----------
+    t : (K,) array, [s]
+    q, v, a : (K, 55) array, [rad], [m] and their rates
+    tau : (K, 55) array, [N m], [N]
+        Joint torques with the ground reaction.
+    active : (K, 55) array, [N m]
+        The part of the muscles: `tau` without the passive torques.
+    zmp : (K, 3) array, [m]
+    grf : (K, 2, 3) array, [N]
+        On the right and on the left foot.
+    cop : (K, 2, 3) array, [m]
+        Centre of pressure of each foot; without meaning where its force is zero.
+    yaw_moment : (K, 2) array, [N m]
+        Vertical moment at the centre of pressure of each foot.
+    toe_share : (K, 2) array
+        Share of each foot's force and moment that acts on its toes, the rest on the rear foot.
+    points : (K, 2, 4, 3) array, [m]
+        Contact points of the right and of the left foot.
+    """
+
+    t: FloatArray
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    tau: FloatArray
+    active: FloatArray
+    zmp: FloatArray
+    grf: FloatArray
+    cop: FloatArray
+    yaw_moment: FloatArray
+    toe_share: FloatArray
+    points: FloatArray
+
+
+@dataclass(frozen=True)
+class Gait:
+    """The motion of one step, and by mirror symmetry of the whole walk (Eq. 26).
+
+    Attributes
+    ----------
+    scenario : Scenario
+    breaks : (n - 2,) array, [s]
+        Where the polynomial pieces meet, 0 to T.
+    control_points : (n, 55) array, [rad], [m]
+        P_j of Eq. (28).
+    solution : mapping
+        How it was found: solver, status, cost, wall time, ...
+    """
+
+    scenario: Scenario
+    breaks: FloatArray
+    control_points: FloatArray
+    solution: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def step_time(self) -> float:
+        """T, [s]."""
+        return self.scenario.walk.step_time
+
+    @property
+    def step_length(self) -> float:
+        """L, [m]."""
+        return self.scenario.walk.step_length
+
+    @property
+    def knots(self) -> FloatArray:
+        """Knots of the B-splines, (n + 4,), [s]."""
+        return self.basis.knots
+
+    @property
+    def free(self) -> FloatArray:
+        """The free control points, flat, (m * 55,): what a program starts from."""
+        return self.control_points[: self.basis.n_free].ravel()
+
+    @property
+    def body(self) -> Body:
+        """The body that walks."""
+        return self._walker.body
+
+    @property
+    def plan(self) -> ContactPlan:
+        """Footholds and phases."""
+        return self._walker.plan
+
+    @property
+    def fine_times(self) -> FloatArray:
+        """A grid from 0 to T, ``REFINEMENT`` times finer than instants and pieces, [s]."""
+        grid = self.scenario.discretisation
+        n = REFINEMENT * max(grid.intervals * grid.dynamics_per_interval, self.basis.n_pieces)
+        return np.linspace(0.0, self.step_time, n + 1)
+
+    @cached_property
+    def basis(self) -> Basis:
+        """The basis functions N_j of Eq. (28)."""
+        return Basis(self.breaks, self.scenario.discretisation.mirrored)
+
+    @cached_property
+    def _walker(self) -> Walker:
+        return Walker(self.scenario)
+
+    def q(self, t: npt.ArrayLike) -> FloatArray:
+        """Return the posture (55,) or (K, 55) at times t >= 0, [rad] and [m]."""
+        return self._motion(t, 0)
+
+    def v(self, t: npt.ArrayLike) -> FloatArray:
+        """Return the velocity (55,) or (K, 55) at times t >= 0."""
+        return self._motion(t, 1)
+
+    def a(self, t: npt.ArrayLike) -> FloatArray:
+        """Return the acceleration (55,) or (K, 55) at times t >= 0."""
+        return self._motion(t, 2)
+
+    def tau(self, t: npt.ArrayLike) -> FloatArray:
+        """Return the joint torques (55,) or (K, 55) at times t >= 0, [N m]; 0 for global DOF."""
+        torques = self.instants(np.atleast_1d(t)).tau
+        return torques if np.ndim(t) else torques[0]
+
+    def instants(self, t: npt.ArrayLike) -> Samples:
+        """Return the gait at times t (K,) >= 0, [s]; after T the next steps follow."""
+        times = np.atleast_1d(np.asarray(t, dtype=float))
+        step, within = self._steps(times)
+        return onward(replace(self.step_samples(within), t=times), step, self.step_length)
+
+    def step_samples(self, t: FloatArray) -> Samples:
+        """Return the gait at times t (K,) within the first step, its end T included."""
+        parts = [t[k : k + _CHUNK] for k in range(0, max(len(t), 1), _CHUNK)]
+        return _joined([samples(self.step_instants(part), part) for part in parts])
+
+    def step_instants(self, t: FloatArray) -> Instants:
+        """Return everything known at times t (K,) within the first step, with partials."""
+        q, v, a = (self.basis.matrix(t, order) @ self.control_points for order in range(3))
+        return self._walker.at(t, q, v, a)
+
+    def _steps(self, times: FloatArray) -> tuple[npt.NDArray[np.intp], FloatArray]:
+        if np.any(times < 0) or not np.all(np.isfinite(times)):
+            raise ValueError("the walk starts at t = 0: times must be finite and not negative")
+        step = np.floor(times / self.step_time + 1e-12).astype(np.intp)
+        return step, np.clip(times - step * self.step_time, 0.0, self.step_time)
+
+    def _motion(self, t: npt.ArrayLike, order: int) -> FloatArray:
+        times = np.atleast_1d(np.asarray(t, dtype=float))
+        step, within = self._steps(times)
+        motion = self.basis.matrix(within, order) @ self.control_points
+        motion = np.where((step % 2 == 1)[:, None], mirror(motion), motion)
+        if order == 0:
+            motion[:, _FORWARD] += step * self.step_length
+        return motion if np.ndim(t) else motion[0]
+
+
+def samples(now: Instants, times: FloatArray) -> Samples:
+    """Return instants as plain arrays without partials, stamped with `times`."""
+    pressure = [point.value for point in now.ground.pressure]
+    cop = np.stack([_on_ground(point) for point in pressure], axis=1)
+    wrench = np.stack([wrench.value for wrench in now.ground.wrenches], axis=1)
+    grf = wrench[..., :3]
+    yaw_moment = wrench[..., 4] - np.cross(cop, grf)[..., 1]
+    return Samples(
+        times,
+        now.q,
+        now.v,
+        now.a,
+        now.torque.value,
+        now.muscle_torque.value,
+        _on_ground(now.ground.zmp.value),
+        grf,
+        cop,
+        yaw_moment,
+        np.stack([share.value for share in now.ground.toe_share], axis=1),
+        np.stack([foot.position for foot in now.feet], axis=1),
+    )
+
+
+def _joined(parts: list[Samples]) -> Samples:
+    names = [item.name for item in fields(Samples)]
+    return Samples(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+def _on_ground(xz: FloatArray) -> FloatArray:
+    return np.stack([xz[:, 0], np.zeros(len(xz)), xz[:, 1]], axis=1)
+
+
+def onward(first: Samples, step: npt.NDArray[np.intp], step_length: float) -> Samples:
+    """Return samples (K) of the first step as those of the steps (K,): mirrored, further on."""
+    odd, forward = step % 2 == 1, step * step_length
+    q = np.where(odd[:, None], mirror(first.q), first.q)
+    q[:, _FORWARD] += forward
+    others = {
+        name: np.where(odd[:, None], mirror(getattr(first, name)), getattr(first, name))
+        for name in ("v", "a", "tau", "active")
+    }
+    points = _mirrored(first.points, odd)
+    zmp, cop = _mirrored(first.zmp, odd, feet=False), _mirrored(first.cop, odd)
+    for place in (zmp, cop, points):
+        place[..., 2] += forward.reshape(-1, *[1] * (place.ndim - 2))
+    yaw = np.where(odd[:, None], -first.yaw_moment[:, ::-1], first.yaw_moment)
+    toes = np.where(odd[:, None], first.toe_share[:, ::-1], first.toe_share)
+    ground = {"grf": _mirrored(first.grf, odd), "yaw_moment": yaw, "toe_share": toes}
+    return Samples(first.t, q, **others, **ground, zmp=zmp, cop=cop, points=points)
+
+
+def _mirrored(vectors: FloatArray, odd: npt.NDArray[np.bool_], feet: bool = True) -> FloatArray:
+    """Return vectors (K, [2 feet, ...] 3) with those of odd steps mirrored at x = 0."""
+    mirrored = (vectors[:, ::-1] if feet else vectors) * [-1.0, 1.0, 1.0]
+    return np.where(odd.reshape(-1, *[1] * (vectors.ndim - 1)), mirrored, vectors)

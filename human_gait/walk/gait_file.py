@@ -1,0 +1,224 @@
+"""The file of a gait, ``gait.npz``: the motion, and what it claims about forces and torques."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from human_gait.arrays import FloatArray
+from human_gait.body.links import Body
+from human_gait.body.skeleton import DOF_NAMES, N_DOF, SEGMENTS
+from human_gait.exceptions import ResultError, ScenarioError
+from human_gait.scenario import Scenario
+from human_gait.walk.bspline import DEGREE
+from human_gait.walk.gait import Gait, Samples
+
+FILE = "gait.npz"
+FORMAT = "human_gait gait 2"
+_ABOUT = """One step of a predicted walk, left heel strike (t = 0) to right heel strike (t = T).
+World: y up, z forward, x to the left. SI units, angles in radians.
+knots (n+4), control_points (n, 55): cubic B-splines of the 55 joint angles named in dof_names,
+q(t) = sum_j N_j,4(t) P_j for 0 <= t <= T; the next step is the mirror image.
+Sampled at t: q, v, a, tau (joint torques with ground reaction), active (without passive
+torques), zmp (x, y, z), and for the right and the left foot grf, cop (centre of pressure),
+yaw_moment, toe_share (of force and moment) and points (heel, ball_medial, ball_lateral, toe).
+footholds: where these points stand. mass: of the 55 links, the load with the thorax.
+scenario and solution are JSON."""
+_FARTHEST = 25.0  # [rad] or [m], more than joints can be allowed
+_CLOSEST = 5e-3  # of the step: two samples or more to every piece
+_LARGEST = 2**28  # bytes: the finest grid that can be asked for takes 80 MB
+_PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_SHAPES: dict[str, tuple[int, ...]] = {  # of the samples of one instant
+    **dict.fromkeys(("q", "v", "a", "tau", "active"), (N_DOF,)),
+    "zmp": (3,),
+    **dict.fromkeys(("grf", "cop"), (2, 3)),
+    **dict.fromkeys(("yaw_moment", "toe_share"), (2,)),
+    "points": (2, 4, 3),
+}
+_UNREADABLE = (  # what numpy, zipfile, zlib and json raise at a damaged file
+    OSError,
+    EOFError,
+    ValueError,
+    TypeError,
+    LookupError,
+    RuntimeError,
+    MemoryError,
+    zipfile.BadZipFile,
+    zlib.error,
+    ScenarioError,
+)
+
+
+@dataclass(frozen=True)
+class Record:
+    """A gait and what its file claims about it, nothing of which has to be true.
+
+    Attributes
+    ----------
+    gait : Gait
+    samples : Samples
+        At ``gait.fine_times``.
+    mass : (55,) array, [kg]
+        Of the links, the load with the thorax.
+    footholds : (2, 4, 3) array, [m]
+        Where the contact points of the right and of the left foot stand.
+    """
+
+    gait: Gait
+    samples: Samples
+    mass: FloatArray
+    footholds: FloatArray
+
+
+def make_record(gait: Gait) -> Record:
+    """Return what a gait claims: its samples, its body and its footholds."""
+    samples = gait.step_samples(gait.fine_times)
+    return Record(gait, samples, carried_mass(gait.body), gait.plan.footholds)
+
+
+def carried_mass(body: Body) -> FloatArray:
+    """Return the masses (55,) of the links, the load with the thorax, [kg]."""
+    mass = body.mass.copy()
+    mass[SEGMENTS["thorax"]] += body.load.mass
+    return mass
+
+
+def save_gait(gait: Gait, folder: Path) -> None:
+    """Write a gait, and its samples for readers without this package, to ``gait.npz``."""
+    record = make_record(gait)
+    arrays = {item.name: getattr(record.samples, item.name) for item in fields(Samples)}
+    with (folder / FILE).open("wb") as file:
+        np.savez_compressed(
+            file,
+            format=FORMAT,
+            about=_ABOUT,
+            scenario=json.dumps(gait.scenario.to_dict()),
+            solution=json.dumps(dict(gait.solution)),
+            dof_names=np.array(DOF_NAMES),
+            breaks=gait.breaks,
+            knots=gait.knots,
+            control_points=gait.control_points,
+            mass=record.mass,
+            footholds=record.footholds,
+            **arrays,
+        )
+
+
+def load_gait(folder: str | Path) -> Gait:
+    """Read the gait of a result folder.
+
+    Raises
+    ------
+    ResultError
+        If there is no ``gait.npz``, or it is not one of ours, or its content contradicts itself.
+    """
+    return load_record(folder).gait
+
+
+def load_record(folder: str | Path) -> Record:
+    """Read the gait of a result folder and what its file claims about it.
+
+    Raises
+    ------
+    ResultError
+        As for `load_gait`. Numbers that are merely wrong are left to `verification`.
+    """
+    with opened(Path(folder) / FILE, "a gait") as file:
+        return _restored(file)
+
+
+@contextmanager
+def opened(path: Path, what: str) -> Iterator[Mapping[str, Any]]:
+    """Yield the arrays of an archive by name.
+
+    Raises
+    ------
+    ResultError
+        If they, or what is made of them meanwhile, are not `what` was expected.
+    """
+    try:
+        with path.open("rb") as stream:
+            _check_archive(stream)
+            with np.load(stream, allow_pickle=False) as file:
+                yield file
+    except KeyError as error:
+        raise ResultError(f"{path}: not {what} that can be read: {error.args[0]}") from None
+    except _UNREADABLE as error:
+        raise ResultError(f"{path}: not {what} that can be read: {error}") from None
+
+
+def _check_archive(stream: BinaryIO) -> None:
+    """Refuse, before anything is unpacked, what is no archive of ours: it could fill the memory."""
+    if stream.seek(0, os.SEEK_END) > _LARGEST:
+        raise ValueError(f"it is larger than {_LARGEST} bytes")
+    with zipfile.ZipFile(stream) as archive:
+        members = archive.infolist()
+        if sum(member.file_size for member in members) > _LARGEST:
+            raise ValueError(f"unpacked it is larger than {_LARGEST} bytes")
+        if any(member.compress_type not in _PACKINGS for member in members):
+            raise ValueError("it is packed in another way than numpy does")
+        if damaged := archive.testzip():  # numpy may stop short of the checksum
+            raise ValueError(f"{damaged} is damaged")
+    stream.seek(0)
+
+
+def _restored(file: Mapping[str, Any]) -> Record:
+    if str(file["format"]) != FORMAT:
+        found = str(file["format"])
+        raise ValueError(f"format {found!r}, expected {FORMAT!r}: predict it again")
+    gait = _gait(file)
+    if list(file["dof_names"]) != list(DOF_NAMES):
+        raise ValueError("dof_names are not those of the body")
+    mass, footholds = numbers(file, "mass", (N_DOF,)), numbers(file, "footholds", (2, 4, 3))
+    return Record(gait, _samples(file, gait), mass, footholds)
+
+
+def _gait(file: Mapping[str, Any]) -> Gait:
+    scenario = Scenario.from_dict(json.loads(str(file["scenario"])))
+    solution = dict(json.loads(str(file["solution"])))
+    breaks, control_points = (numbers(file, name) for name in ("breaks", "control_points"))
+    T = scenario.walk.step_time
+    if breaks.ndim != 1 or not np.allclose(breaks[[0, -1]], [0.0, T], rtol=0.0, atol=1e-9 * T):
+        raise ValueError(f"breaks do not go from 0 to the step time {T:g} s")
+    fewest = DEGREE if scenario.discretisation.mirrored else 1
+    if len(breaks) + 2 != scenario.discretisation.control_points:
+        raise ValueError(f"breaks of shape {breaks.shape} do not fit the control points asked for")
+    if len(breaks) <= fewest or np.any(np.diff(breaks) < _CLOSEST * T):
+        raise ValueError("breaks are too few, too close or do not increase")
+    if control_points.shape != (len(breaks) + 2, N_DOF):
+        raise ValueError(f"control_points of shape {control_points.shape} do not fit")
+    if np.abs(control_points).max() > _FARTHEST:
+        raise ValueError(f"control_points beyond {_FARTHEST:g} rad or m are no gait")
+    gait = Gait(scenario, breaks, control_points, solution)
+    if not np.allclose(numbers(file, "knots", gait.knots.shape), gait.knots, rtol=0.0, atol=1e-9):
+        raise ValueError("knots do not fit the breaks")
+    return gait
+
+
+def _samples(file: Mapping[str, Any], gait: Gait) -> Samples:
+    times = gait.fine_times
+    if not np.allclose(numbers(file, "t", times.shape), times, rtol=0.0, atol=1e-12):
+        raise ValueError("t is not the grid of the samples")
+    K = len(times)
+    return Samples(times, **{name: numbers(file, name, (K, *_SHAPES[name])) for name in _SHAPES})
+
+
+def numbers(file: Mapping[str, Any], name: str, shape: tuple[int, ...] | None = None) -> FloatArray:
+    """Return an array of finite numbers of an archive, or raise TypeError or ValueError."""
+    found = np.asarray(file[name])
+    if found.dtype != np.float64:
+        raise TypeError(f"{name} of type {found.dtype} are no numbers of double precision")
+    if not np.all(np.isfinite(found)):
+        raise ValueError(f"{name} holds what is not a finite number")
+    if shape is not None and found.shape != shape:
+        raise ValueError(f"{name} has the shape {found.shape}, expected {shape}")
+    return found

@@ -1,0 +1,244 @@
+"""The two-step algorithm for the ground reaction, Eq. (17) and Fig. 5, with partials.
+
+Step one, without ground reaction: the torques of the six global DOF are a wrench (R, M) about the
+world's origin, and with it the zero moment point and the vertical moment there,
+
+    ZMP = (M_z / R_y, 0, -M_x / R_y),    M_y,zmp = M_y - (z R_x - x R_z).
+
+Step two: R and M_y,zmp act on the feet. In single support all of it acts on the left foot at the
+ZMP. In double support the feet share it as l1 : l2, by where the ZMP lies along the line from A
+(trailing foot) to B (leading foot); d1 and d2 of Eq. (17) are distances along that line. What is
+left, e = ZMP - (l1 A + l2 B), shifts both points alike: R1 at A + e and R2 at B + e are together
+exactly R at the ZMP, and the global DOF stay free of torque.
+
+Forces along AB, h on the trailing foot and -h on the leading one, cancel. Eq. (17) has none: both
+feet then push in parallel, and the hips have to hold the legs against each other. People's forces
+meet near a point above the centre of mass (Maus et al. 2010, Nat Commun 1:70). Forces meet at the
+height H above the ZMP if h = l1 l2 R_y (B - A) / H.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from human_gait.arrays import BoolArray, FloatArray
+from human_gait.body.skeleton import N_DOF
+from human_gait.dynamics.inverse_dynamics import (
+    CHAINS,
+    ROOT,
+    InverseDynamics,
+    linearised_load,
+    load_hessian,
+    load_torques_dq,
+    weighted_axes_dq,
+)
+from human_gait.dynamics.jet import Jet, Linearised, cross, stack
+from human_gait.walk.adjoint import Adjoint
+from human_gait.walk.contact_plan import LEFT, RIGHT, ContactPlan
+
+_ROUNDING = 0.04  # of the way from A to B: where the share bends smoothly into 0 and 1
+_TOE_BLEND = (-0.010, 0.020)  # [m] ahead of the metatarsal heads: from the rear foot to the toes
+
+
+@dataclass(frozen=True)
+class GroundReaction:
+    """What the ground does to the feet at K instants.
+
+    Everything is a function of the wrench; the derivatives of the jets are those in its six parts.
+
+    Attributes
+    ----------
+    wrench : Linearised (K, 6), [N], [N m]
+        All that the ground has to give, about the world's origin, with partials in q, v, a.
+    force : Jet (K, 3), [N]
+        R, all that the ground carries.
+    zmp : Jet (K, 2), [m]
+        x and z of the zero moment point.
+    yaw_moment : Jet (K,), [N m]
+        Vertical moment at the ZMP.
+    leading_share : Jet (K,)
+        l2 of Eq. (17); 1 in single support.
+    pressure : tuple of two Jet (K, 2), [m]
+        x and z of the centre of pressure of the right and of the left foot.
+    wrenches : tuple of two Jet (K, 6), [N], [N m]
+        On the right and on the left foot, about the world's origin.
+    toe_share : tuple of two Jet (K,)
+        Share of the foot's wrench that acts on its toes; the rest acts on the rear foot.
+    on_links : tuple of two pairs of Jet (K, 6)
+        The wrenches on rear foot and toes of the right and of the left foot.
+    """
+
+    wrench: Linearised
+    force: Jet
+    zmp: Jet
+    yaw_moment: Jet
+    leading_share: Jet
+    pressure: tuple[Jet, Jet]
+    wrenches: tuple[Jet, Jet]
+    toe_share: tuple[Jet, Jet]
+    on_links: tuple[tuple[Jet, Jet], tuple[Jet, Jet]]
+
+    def in_state(self, quantity: Jet) -> Linearised:
+        """Return one of the quantities (K, ...) with partials in q, v, a."""
+        by_wrench = quantity.partials
+        by_state = by_wrench.reshape(len(by_wrench), -1, 6) @ self.wrench.partials
+        return Linearised(quantity.value, by_state.reshape(*quantity.value.shape, -1))
+
+
+def ground_reaction(
+    dynamics: InverseDynamics, plan: ContactPlan, times: FloatArray
+) -> GroundReaction:
+    """Return the ground reaction at the instants `times` (K,) of the step."""
+    wrench = root_wrench(dynamics)
+    F = Jet.variables(wrench.value)
+    R, M = F[:, :3], F[:, 3:]
+    zmp = stack([M[:, 2] / R[:, 1], -M[:, 0] / R[:, 1]])
+    yaw_moment = M[:, 1] - (zmp[:, 1] * R[:, 0] - zmp[:, 0] * R[:, 2])
+    both = plan.double_support(times)
+    A, B = (point[:, [0, 2]] for point in plan.transfer_points(times))
+    l2 = _leading_share(zmp, A, B, both)
+    e = zmp - stack([l2 * side for side in (B - A).T]) - A
+    pressure = tuple((e + point).where(both, zmp) for point in (A, B))
+    shares = (1.0 - l2, l2)
+    apart = l2 * (1.0 - l2) * R[:, 1] * plan.spread
+    leaning = [stack([apart * side for side in h.T]) for h in (B - A, A - B)]
+    wrenches = tuple(
+        _foot_wrench(point, R, yaw_moment, share, h)
+        for point, share, h in zip(pressure, shares, leaning, strict=True)
+    )
+    toes = tuple(
+        _toe_share(point[:, 1] - ball) for point, ball in zip(pressure, plan.balls, strict=True)
+    )
+    links = tuple(_on_links(*pair) for pair in zip(wrenches, toes, strict=True))
+    return GroundReaction(wrench, R, zmp, yaw_moment, l2, pressure, wrenches, toes, links)  # type: ignore[arg-type]
+
+
+def root_wrench(dynamics: InverseDynamics) -> Linearised:
+    """Return the wrench (K, 6) about the world's origin that the global DOF would have to give.
+
+    It solves J^T F = tau_1..6, J the spatial axes of the global DOF.
+    """
+    axes, torque = dynamics.axes[:, :, ROOT], dynamics.torque[:, ROOT]
+    J_T = axes.swapaxes(1, 2)
+    wrench = np.asarray(np.linalg.solve(J_T, torque.value[..., None])[..., 0], dtype=float)
+    partials = torque.partials.copy()
+    partials[:, :, ROOT] -= load_torques_dq(axes, wrench)
+    return Linearised(wrench, np.asarray(np.linalg.solve(J_T, partials), dtype=float))
+
+
+def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction) -> Linearised:
+    """Return the torques (K, 55) with the ground reaction; those of the global DOF vanish.
+
+    The toe joint carries what acts ahead of the metatarsal heads: the share of the foot's wrench
+    on the toes rises smoothly with the centre of pressure. No other torque depends on it.
+    """
+    value, partials = dynamics.torque.value.copy(), dynamics.torque.partials.copy()
+    for f in (RIGHT, LEFT):
+        chain = CHAINS[f]
+        for wrench, joints in zip(reaction.on_links[f], (chain[:-1], chain), strict=True):
+            load = linearised_load(dynamics.axes, joints, reaction.in_state(wrench))
+            value[:, joints] -= load.value
+            partials[:, joints] -= load.partials
+    return Linearised(value, partials)
+
+
+def pass_on_torques(
+    dynamics: InverseDynamics, reaction: GroundReaction, adjoint: Adjoint
+) -> tuple[FloatArray, FloatArray]:
+    """Take account of the forces on the feet in a weighted sum of joint torques.
+
+    That is - sum w_i S_i^T W(F) with w = ``adjoint.torque``, W what acts on the links of the feet
+    and F the wrench of the ground. What the sum owes to F is added to the adjoint.
+
+    Returns
+    -------
+    second : (K, 55, 55) array
+        Second derivatives by q, F constant: the axes S move.
+    mixed : (K, 55, 6) array
+        Second derivatives by q and F.
+    """
+    K = len(adjoint.torque)
+    second, mixed = np.zeros((K, N_DOF, N_DOF)), np.zeros((K, N_DOF, 6))
+    for f in (RIGHT, LEFT):
+        chain = CHAINS[f]
+        for wrench, joints in zip(reaction.on_links[f], (chain[:-1], chain), strict=True):
+            S, w = dynamics.axes[:, :, joints], adjoint.torque[:, joints]
+            push = (S @ w[..., None]).swapaxes(1, 2)
+            adjoint.wrench[:] -= (push @ wrench.partials)[:, 0]
+            adjoint.wrench_second[:] -= (push @ wrench.second.reshape(K, 6, 36)).reshape(K, 6, 6)
+            mixed[:, joints] -= weighted_axes_dq(S, w).swapaxes(1, 2) @ wrench.partials
+            second[:, joints[:, None], joints] -= load_hessian(S, w, wrench.value)
+    return second, mixed
+
+
+def _leading_share(zmp: Jet, A: FloatArray, B: FloatArray, both: BoolArray) -> Jet:
+    """Return l2 = d1 / (d1 + d2) along AB, bent smoothly to stay within 0 and 1."""
+    along = (B - A) / np.sum((B - A) ** 2, axis=1, keepdims=True)
+    offset = zmp - A
+    s: Jet = offset[:, 0] * along[:, 0] + offset[:, 1] * along[:, 1]
+    l2 = s.map(*_RAMP) - (s - 1.0).map(*_RAMP)
+    return l2.where(both, 1.0)
+
+
+def _foot_wrench(pressure: Jet, R: Jet, yaw_moment: Jet, share: Jet, h: Jet) -> Jet:
+    """Return the share of R and of the vertical moment, and h (x and z), at the pressure point."""
+    height = 0.0 * yaw_moment
+    force = stack([R[:, 0] * share + h[:, 0], R[:, 1] * share, R[:, 2] * share + h[:, 1]])
+    moment = cross(stack([pressure[:, 0], height, pressure[:, 1]]), force)
+    turned = moment[:, 1] + yaw_moment * share
+    return stack([*(force[:, i] for i in range(3)), moment[:, 0], turned, moment[:, 2]])
+
+
+def _on_links(whole: Jet, toe_share: Jet) -> tuple[Jet, Jet]:
+    """Return what acts on the rear foot and on the toes, each (K, 6)."""
+    toes = whole * toe_share[:, None]
+    return whole - toes, toes
+
+
+def share_on_toes(ahead: FloatArray) -> FloatArray:
+    """Return the share of a foot's load on its toes, by the pressure ahead of the ball [m]."""
+    start, end = _TOE_BLEND
+    return _step((ahead - start) / (end - start))
+
+
+def _toe_share(ahead: Jet) -> Jet:
+    start, end = _TOE_BLEND
+    return ((ahead - start) / (end - start)).map(_step, _step_slope, _step_bend)
+
+
+def _ramp(s: FloatArray) -> FloatArray:
+    """Return max(s, 0), rounded within +- _ROUNDING; twice continuously differentiable."""
+    r = _ROUNDING
+    u = np.clip((s + r) / (2 * r), 0.0, 1.0)
+    return np.asarray(2 * r * (u**3 - u**4 / 2) + np.maximum(s - r, 0.0))
+
+
+def _ramp_slope(s: FloatArray) -> FloatArray:
+    u = np.clip((s + _ROUNDING) / (2 * _ROUNDING), 0.0, 1.0)
+    return np.asarray(3 * u**2 - 2 * u**3)
+
+
+def _ramp_bend(s: FloatArray) -> FloatArray:
+    u = np.clip((s + _ROUNDING) / (2 * _ROUNDING), 0.0, 1.0)
+    return np.asarray(3 * u * (1 - u) / _ROUNDING)
+
+
+_RAMP = (_ramp, _ramp_slope, _ramp_bend)
+
+
+def _step(x: FloatArray) -> FloatArray:
+    """Return a smooth step from 0 to 1, twice continuously differentiable."""
+    u = np.clip(x, 0.0, 1.0)
+    return np.asarray(u**3 * (10 - 15 * u + 6 * u**2))
+
+
+def _step_slope(x: FloatArray) -> FloatArray:
+    u = np.clip(x, 0.0, 1.0)
+    return np.asarray(30 * u**2 * (1 - u) ** 2)
+
+
+def _step_bend(x: FloatArray) -> FloatArray:
+    u = np.clip(x, 0.0, 1.0)
+    return np.asarray(60 * u * (1 - u) * (1 - 2 * u))

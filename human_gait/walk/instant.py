@@ -1,0 +1,143 @@
+"""Everything known at the instants of a step: torques, ground reaction and feet, with partials."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from human_gait.arrays import FloatArray
+from human_gait.body.links import make_body
+from human_gait.body.skeleton import N_DOF
+from human_gait.dynamics.carried_load import CarriedForce
+from human_gait.dynamics.inverse_dynamics import CHAINS, ROOT, InverseDynamics, make_dynamics
+from human_gait.dynamics.jet import Linearised
+from human_gait.dynamics.second_derivatives import StateHessian, TreeCurvature
+from human_gait.dynamics.tissues import PassiveJoints
+from human_gait.scenario import Scenario
+from human_gait.walk.adjoint import Adjoint
+from human_gait.walk.contact_plan import ContactPlan
+from human_gait.walk.feet import Feet, FootMotion
+from human_gait.walk.ground_reaction import (
+    GroundReaction,
+    ground_reaction,
+    joint_torques,
+    pass_on_torques,
+)
+
+
+@dataclass(frozen=True)
+class Instants:
+    """K instants of a step.
+
+    Attributes
+    ----------
+    t : (K,) array, [s]
+    dynamics : InverseDynamics
+        Without ground reaction.
+    q, v, a : (K, 55) array
+    torque : Linearised (K, 55), [N m], [N]
+        Joint torques with the ground reaction: what muscles and tissues give together.
+    muscle_torque : Linearised (K, 55), [N m]
+        The part that the muscles give: `torque` without the passive torques.
+    ground : GroundReaction
+    feet : FootMotion of the right and of the left foot
+    """
+
+    t: FloatArray
+    dynamics: InverseDynamics
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    torque: Linearised
+    muscle_torque: Linearised
+    ground: GroundReaction
+    feet: tuple[FootMotion, FootMotion]
+
+
+@dataclass(frozen=True)
+class SecondDerivatives:
+    """Second derivatives of a weighted sum at K instants, in q, v, a, in three parts.
+
+    They are direct + A^T A + B^T C + C^T B.
+
+    Attributes
+    ----------
+    direct : StateHessian
+    rows : (K, r, 165) array
+        A, for the squares of the torques.
+    left, right : (K, 6, 165) array
+        B and C, for products with the wrench.
+    """
+
+    direct: StateHessian
+    rows: FloatArray
+    left: FloatArray
+    right: FloatArray
+
+    def dense(self) -> FloatArray:
+        """Return them as matrices (K, 165, 165)."""
+        mixed = self.left.swapaxes(1, 2) @ self.right
+        squares = self.rows.swapaxes(1, 2) @ self.rows
+        return self.direct.dense() + squares + mixed + mixed.swapaxes(1, 2)
+
+
+class Walker:
+    """The body of a scenario on the ground of its plan.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    dynamics : str
+        One of ``dynamics.ENGINES``.
+    """
+
+    def __init__(self, scenario: Scenario, dynamics: str = "pinocchio") -> None:
+        self.body = make_body(scenario.subject, scenario.load)
+        self.plan = ContactPlan(scenario, self.body)
+        self._dynamics = make_dynamics(self.body, dynamics)
+        self._curvature = TreeCurvature(self.body.table, self.body.pseudo_inertia())
+        self._feet = Feet(self.body)
+        self._carried = CarriedForce(self.body) if scenario.load.model == "force" else None
+        pays_for_all = scenario.objective.passive_torques == "none"
+        self._passive = None if pays_for_all else PassiveJoints()
+
+    def at(self, t: FloatArray, q: FloatArray, v: FloatArray, a: FloatArray) -> Instants:
+        """Return what is known at the times t (K,) in [0, T] of the motion q, v, a (K, 55)."""
+        dynamics = self._dynamics.inverse(q, v, a)
+        if self._carried:
+            dynamics = self._carried.added(dynamics, q)
+        ground = ground_reaction(dynamics, self.plan, t)
+        torque = joint_torques(dynamics, ground)
+        muscle_torque = torque - self._passive.torque(q, v) if self._passive else torque
+        feet = self._feet.motion(dynamics, v)
+        return Instants(t, dynamics, q, v, a, torque, muscle_torque, ground, feet)
+
+    def second_derivatives(self, now: Instants, adjoint: Adjoint) -> SecondDerivatives:
+        """Return the second derivatives of a weighted sum in q, v, a.
+
+        The chain rule: second derivatives of what the sum is made of, with the adjoint for weights,
+        and products of first ones. The adjoint is used up.
+        """
+        adjoint.torque[:, ROOT] = 0.0  # the global DOF have no torque, whatever the motion
+        dynamics = now.dynamics
+        own, mixed = pass_on_torques(dynamics, now.ground, adjoint)
+        weights = adjoint.torque, adjoint.wrench
+        qq, qv, qa, vv = self._curvature.hessian((now.q, now.v, now.a), dynamics.axes, *weights)
+        qq += own + adjoint.posture_second
+        if self._passive:
+            qq -= self._passive.hessian(now.q, adjoint.torque)
+        if self._carried:
+            qq += self._carried.hessian(now.q, dynamics.axes, *weights)
+        for f, chain in enumerate(CHAINS):
+            weights = adjoint.position[:, f], adjoint.velocity[:, f]
+            by_qq, by_qv = self._feet.hessian(dynamics, now.feet[f], now.v, f, *weights)
+            qq[:, chain[:, None], chain] += by_qq
+            qv[:, chain[:, None], chain] += by_qv
+        J, F = now.muscle_torque.partials, now.ground.wrench.partials
+        counting = np.flatnonzero(adjoint.torque_second.any(axis=0))
+        counting = counting[counting >= len(ROOT)]
+        squared = J[:, counting] * np.sqrt(adjoint.torque_second[:, counting, None])
+        half = adjoint.wrench_second @ F / 2
+        half[:, :, :N_DOF] += mixed.swapaxes(1, 2)
+        return SecondDerivatives(StateHessian(qq, qv, qa, vv), squared, half, F)
