@@ -15,7 +15,7 @@ from human_gait.scenario import Scenario, load_scenario
 # Made available on first use: a solver or a browser viewer takes up to a second to import.
 _ROOM_OF = {
     "Gait": "walk.gait",
-    "bspline_trajectory": "problem.program",
+    "bspline_trajectory": "problem.drake",
     "build_program": "problem.program",
     "play": "playback.page",
     "predict": "prediction",

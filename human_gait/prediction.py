@@ -27,11 +27,13 @@ from human_gait.results.explanation import diagnosis_text
 from human_gait.results.folder import replaced_folder, whole_file
 from human_gait.scenario import Scenario
 from human_gait.solving.diagnosis import check_text, not_kept, suggestions, violation_text
+from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.shadow_prices import influences
-from human_gait.solving.solver import SOLVERS, Iterate, Solution, posture
+from human_gait.solving.solver import Solution, posture
 from human_gait.solving.starts import GIVEN, OWN_GUESS, WARM, Attempt, Start, best, climb
 from human_gait.solving.warm_start import FILE as MULTIPLIERS
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
+from human_gait.solving.watch import Iterate
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import save_gait_cycle
 from human_gait.walk.gait_file import FILE, load_gait, load_record, save_gait

@@ -29,8 +29,10 @@ from human_gait.body.skeleton import GRAVITY, N_DOF
 from human_gait.checks.verification import FRICTION, Check, verify
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.scenario import Scenario
-from human_gait.solving.solver import FEASIBLE, POSTURE, SOLVERS, Iterate, Solution, solve
+from human_gait.solving.drake_solvers import SOLVERS
+from human_gait.solving.solver import POSTURE, Solution, solve
 from human_gait.solving.warm_start import stretched
+from human_gait.solving.watch import FEASIBLE, Iterate
 from human_gait.walk.gait_file import make_record
 
 Tell = Callable[[Iterate], None]
