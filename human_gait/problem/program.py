@@ -150,7 +150,7 @@ class GaitProgram:
         _without_twins(self.constraints)
         self.unit = np.tile(self._unit(), basis.n_free)
         self._curvature = Curvature(self.functions, self.unit)
-        self.torques = self._stage(self.constraints)
+        self.torques = self.stage(self.constraints)
         for term in self.terms:
             scaled = TermOfWalk(self._curvature, term, COST_SCALE)
             add_term(self.torques.prog, scaled, self.variables)
@@ -194,7 +194,7 @@ class GaitProgram:
         the instants between the ends of the intervals.
         """
         on = np.arange(0, len(self.times), self.scenario.discretisation.dynamics_per_interval)
-        stage = self._stage([constraint.at(on) for constraint in self.constraints])
+        stage = self.stage([constraint.at(on) for constraint in self.constraints])
         near, gentle = self.basis.design(self.times), self.basis.design(self.times, 2)
         weight = self.basis.step_time / len(self.times)
         Q = 2.0 * weight * (nearness * near.T @ near + gentleness * gentle.T @ gentle)
@@ -286,7 +286,7 @@ class GaitProgram:
         what, time = str(constraint.what[row]), float(times[row])
         return Violation(name, equation, unit, worst, time, what, *span)
 
-    def _stage(self, constraints: list[Constraint]) -> Stage:
+    def stage(self, constraints: list[Constraint]) -> Stage:
         """Return a program with limits and constraints, without cost."""
         prog = MathematicalProgram()
         variables = prog.NewContinuousVariables(self.basis.n_free * N_DOF, "P")
