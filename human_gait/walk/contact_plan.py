@@ -19,6 +19,9 @@ from human_gait.body.skeleton import GRAVITY, N_DOF, index
 from human_gait.scenario import Scenario
 
 RIGHT, LEFT = 0, 1
+SIDES = ("right", "left")
+"""In words, by number of the foot."""
+
 HEEL, BALL_MEDIAL, BALL_LATERAL, TOE = range(4)
 
 # Where double support hands the load over (points A and B of Eq. 17), from its start to its end.
