@@ -355,7 +355,7 @@ def test_a_foot_that_has_to_turn_is_seen():
     """Single support at mid-step: the moment that a dry floor holds, and half as much again."""
     now, k = instants(), 12
     polygon = GAIT.plan.support_polygon(now.t[k])
-    radius = contact_plan._radius_of_gyration(polygon)
+    radius = contact_plan.radius_of_gyration(polygon)
     assert 0.05 < radius < 0.1
     yaw = now.yaw_moment * 0.0
     yaw[k, 1] = 1.5 * GAIT.plan.friction * radius * now.grf[k, :, 1].sum()
@@ -385,7 +385,7 @@ def test_a_foot_that_slides_while_it_stands_is_seen():
 @pytest.mark.parametrize("corners", [SQUARE, SQUARE[::-1], np.roll(SQUARE, 1, axis=0) + 7.0])
 def test_the_radius_of_gyration_of_a_rectangle(corners):
     """r^2 = (a^2 + b^2) / 12."""
-    assert contact_plan._radius_of_gyration(corners) == pytest.approx(np.sqrt(5.0 / 12.0))
+    assert contact_plan.radius_of_gyration(corners) == pytest.approx(np.sqrt(5.0 / 12.0))
 
 
 def test_a_ground_that_carries_too_much_is_seen():
