@@ -12,8 +12,8 @@ import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import N_DOF
-from human_gait.problem.constraints import Constraint, Residual
 from human_gait.problem.objective import Term
+from human_gait.problem.residual import Constraint, Residual
 from human_gait.problem.transcription import Transcription
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
@@ -108,7 +108,7 @@ class WalkFunctions:
         for term, factor in terms:
             term.add_to_adjoint(now, self.spacing, factor, adjoint)
         for constraint, multipliers in constraints:
-            constraint.lean(now, multipliers, adjoint)
+            constraint.add_to_adjoint(now, multipliers, adjoint)
         return self.transcription.hessian(self.walker.second_derivatives(now, adjoint))
 
 

@@ -19,8 +19,8 @@ import numpy.typing as npt
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import N_DOF
-from human_gait.problem.constraints import ALL, Constraint, Residual
 from human_gait.problem.objective import UNIT, Term
+from human_gait.problem.residual import Constraint, Demand, Residual
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.instant import Instants
 
@@ -140,6 +140,8 @@ class PathConstraint:
     unit : str
     what : sequence of str, r of them, optional
         What each row is about, in words.
+    meaning : str, optional
+        What it stands for, as an answer to "why does it walk like this?".
     second : function, optional
         As that of `RunningCost`.
     """
@@ -150,6 +152,7 @@ class PathConstraint:
     upper: npt.ArrayLike = np.inf
     unit: str = ""
     what: Sequence[str] = ()
+    meaning: str = ""
     second: SecondDerivative | None = None
 
     def constraint(self, now: Instants) -> Constraint:
@@ -167,16 +170,15 @@ class PathConstraint:
         lower, upper = (self._bound(bound, r) for bound in (self.lower, self.upper))
         k = np.repeat(np.arange(K), r)
         return Constraint(
-            name=self.name,
-            equation="",
+            demand=Demand(name=self.name, meaning=self.meaning),
             unit=self.unit,
             lower=np.tile(lower, K),
             upper=np.tile(upper, K),
             instants=k,
-            columns=np.tile(ALL, (K * r, 1)),
+            columns=np.tile(np.arange(N_DOF), (K * r, 1)),
             what=np.tile(np.array(what), K),
             evaluate=self._evaluate,
-            pass_on=self._add_to_adjoint,
+            to_adjoint=self._add_to_adjoint,
         )
 
     def _bound(self, bound: npt.ArrayLike, r: int) -> FloatArray:

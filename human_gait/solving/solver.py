@@ -15,7 +15,9 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from human_gait.arrays import FloatArray
-from human_gait.problem.program import COST_SCALE, GaitProgram, Stage, Violation
+from human_gait.problem.program import COST_SCALE, GaitProgram, Stage
+from human_gait.problem.residual import Demand
+from human_gait.problem.violation import Violation
 from human_gait.solving.drake_solvers import SOLVERS, duals_of, refuse, solve_program, status_of
 from human_gait.solving.watch import FEASIBLE, Interrupted, Iterate, Watch, watched
 from human_gait.walk.gait import Gait
@@ -263,7 +265,7 @@ def _judged(program: GaitProgram, end: End) -> tuple[list[Violation], float]:
         excess = np.maximum(evaluator.lower_bound() - rows, rows - evaluator.upper_bound())
         row, what = int(np.argmax(excess)), evaluator.get_description() or str(binding)
         worst = max(float(excess[row]), 0.0)
-        violations.append(Violation(what, "", "", worst, 0.0, f"row {row + 1}"))
+        violations.append(Violation(Demand(name=what), "", worst, 0.0, f"row {row + 1}"))
     return violations, cost
 
 

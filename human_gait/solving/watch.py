@@ -10,7 +10,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from human_gait.arrays import FloatArray
-from human_gait.problem.program import GaitProgram, Violation
+from human_gait.problem.program import GaitProgram
+from human_gait.problem.violation import Violation
 
 FEASIBLE = 1e-4
 """Largest violation, in the unit of its constraint, of an iterate that counts as feasible."""
