@@ -207,6 +207,20 @@ PLOTS: Mapping[str, Callable[[Gait], Figure]] = {
 """The pictures by the names of their files."""
 
 
+def plot(gait: Gait, name: str) -> Figure:
+    """Return a picture of a walk by its name.
+
+    Raises
+    ------
+    ValueError
+        If there is no such picture.
+    """
+    if name not in PLOTS:
+        raise ValueError(f"no picture is called {name!r}: choose from {', '.join(PLOTS)}")
+    with mpl.rc_context(STYLE):
+        return PLOTS[name](gait)
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure, [inch], that does not know pyplot."""
     figure = Figure(figsize=(width, height), layout="constrained")

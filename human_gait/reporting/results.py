@@ -199,7 +199,7 @@ def _result(label: str, folder: Path, gait: Gait) -> Result:
         gait,
         load_gait_cycle(folder / "gait_cycle.csv"),
         outcome,
-        read_json(folder / "explanation.json", _bounds),
+        read_bounds(folder),
         _comparison(folder, outcome),
     )
 
@@ -262,6 +262,17 @@ def _violation(name: str, found: Any) -> Finding:
     value, time = float(found["value"]), float(found["time_s"])
     what, equation = str(found["what"]), str(found["equation"])
     return Finding(name, str(found["unit"]), value, 0.0, time, what=what, equation=equation)
+
+
+def read_bounds(folder: Path) -> tuple[Bound, ...]:
+    """Return the bounds that shape the walk of a result, that which costs most first.
+
+    Raises
+    ------
+    ResultError
+        If ``explanation.json`` is missing or damaged.
+    """
+    return read_json(folder / "explanation.json", _bounds)
 
 
 def _bounds(found: Any) -> tuple[Bound, ...]:
