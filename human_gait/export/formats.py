@@ -155,9 +155,7 @@ def export(
     rate: float | None = None,
 ) -> list[Path]:
     """Write one stride of a gait to a folder, as `Gait.export` says."""
-    names = (
-        [formats] if isinstance(formats, str) else tuple(FORMATS) if formats is None else formats
-    )
+    names = [formats] if isinstance(formats, str) else formats or tuple(FORMATS)
     return export_gait(gait, Path(folder), names, rate)
 
 

@@ -151,7 +151,7 @@ class Uses:
         ValueError
             If there is no such picture.
         """
-        return late("pictures.plots", "plot")(self, name)
+        return late("pictures.plots", "plot")(self, name)  # type: ignore[no-any-return]
 
     def __repr__(self) -> str:
         return late("walk.described", "gait_text")(self)  # type: ignore[no-any-return]
