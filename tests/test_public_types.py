@@ -92,7 +92,7 @@ def test_a_name_that_does_not_exist_is_an_error(tmp_path, cache):
 
 
 def test_a_script_of_a_user_has_no_errors(tmp_path, cache):
-    script = '''
+    script = """
 import human_gait as hg
 
 def tell(now: hg.Iterate) -> None:
@@ -109,5 +109,5 @@ print(files[0].name, hg.load("out/mine") == gait, hg.compare("out/mine").scores[
 print(hg.report([gait, "out/mine"], out="report.html").name, hg.explain(gait).bounds[0].saving)
 shown = hg.play(gait, inline=True)
 plant, model = hg.drake_plant(gait), hg.pinocchio_model(hg.Subject.default("female"))
-'''
+"""
     assert checked(tmp_path, cache, script.splitlines()) == {}
