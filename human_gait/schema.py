@@ -98,7 +98,7 @@ def text(
 
 
 def free(
-    meaning: str, allowed: str, key: str, *, default: Any = (), default_words: str = ""
+    meaning: str, allowed: str, key: str, *, default: Any = REQUIRED, default_words: str = ""
 ) -> Any:
     """Declare what a section reads in its own way, under keys for which `key` stands."""
     metadata = {"meaning": meaning, "allowed": allowed, "key": key, "default_words": default_words}

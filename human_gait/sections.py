@@ -456,11 +456,14 @@ class Limits(Section):
     In the file ``frozen = ["name", ...]`` and, for each range, ``name = [lower, upper]``.
     """
 
-    frozen: tuple[str, ...] = free("joints held at zero", "a list of names of DOF", "frozen")
+    frozen: tuple[str, ...] = free(
+        "joints held at zero", "a list of names of DOF", "frozen", default=()
+    )
     ranges: tuple[DofRange, ...] = free(
         "own range of a joint, in the place of the usual one",
         "[lower, upper] in deg, from -180 to 180; of pelvis_tz, _tx, _ty in m, from -20 to 20",
         "<joint>",
+        default=(),
         default_words="the usual range of the joint",
     )
 
