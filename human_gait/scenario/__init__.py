@@ -3,7 +3,6 @@
 from human_gait.scenario.files import (
     load_scenario,
     scenario_file,
-    shipped_scenario,
     shipped_scenarios,
 )
 from human_gait.scenario.limits import DofRange, Limits
@@ -28,6 +27,5 @@ __all__ = [
     "Walk",
     "load_scenario",
     "scenario_file",
-    "shipped_scenario",
     "shipped_scenarios",
 ]

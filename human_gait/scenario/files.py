@@ -58,20 +58,6 @@ def load_scenario(path: str | Path) -> Scenario:
         raise error.found_in(str(source)) from None
 
 
-def shipped_scenario(name: str) -> Path:
-    """Return the file of a scenario that comes with the package.
-
-    Raises
-    ------
-    ScenarioError
-        If there is none of that name, with the nearest or all.
-    """
-    files = shipped_scenarios()
-    if name in files:
-        return files[name]
-    raise ScenarioError("", f"is no scenario that comes with the package{_hint(name)}", source=name)
-
-
 def _hint(name: str) -> str:
     """Return what else could have been meant by the name of a scenario."""
     files = shipped_scenarios()

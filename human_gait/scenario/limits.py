@@ -13,11 +13,14 @@ from human_gait.scenario.schema import Section, gathered, refuse, section, unkno
 from human_gait.scenario.values import checked
 
 TRANSLATION_DOFS = ("pelvis_tz", "pelvis_tx", "pelvis_ty")
-RANGE_RULES: dict[bool, dict[str, Any]] = {  # of a DOF's [lower, upper], by "is it a translation?"
-    True: {"unit": "m", "range": (-20.0, 20.0)},
-    False: {"unit": "deg", "range": (-180.0, 180.0)},
-}
-_NOT_FROZEN = {"pelvis_tz", "pelvis_ty"}
+NOT_FROZEN = {"pelvis_tz", "pelvis_ty"}
+
+
+def range_rule(name: str) -> dict[str, Any]:
+    """Return unit and allowed range of the limits of a DOF."""
+    if name in TRANSLATION_DOFS:
+        return {"unit": "m", "range": (-20.0, 20.0)}
+    return {"unit": "deg", "range": (-180.0, 180.0)}
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,7 @@ class Limits(Section):
     @classmethod
     def conflicts(cls, values: Mapping[str, Any]) -> Iterator[ScenarioError]:
         """Yield what is frozen and must move."""
-        for name in sorted(set(values["frozen"]) & _NOT_FROZEN):
+        for name in sorted(set(values["frozen"]) & NOT_FROZEN):
             yield ScenarioError("limits.frozen", "cannot hold the pelvis at the origin", name)
         for limited in values["ranges"]:
             if limited.name in values["frozen"]:
@@ -103,7 +106,7 @@ def _names(value: object) -> tuple[str, ...]:
 
 
 def _dof_range(name: str, value: object) -> DofRange:
-    key, rule = Limits.dotted(name), RANGE_RULES[name in TRANSLATION_DOFS]
+    key, rule = Limits.dotted(name), range_rule(name)
     lower, upper = checked(key, value, tuple[float, float], rule)
     if lower > upper:
         raise ScenarioError(key, "must be [lower, upper] with lower not above upper", value)

@@ -41,6 +41,8 @@ class Setting:
         How many numbers: 1, or 3 for a vector.
     whole : bool
         Whether only whole numbers are allowed.
+    pattern : str
+        Regular expression that a text has to match.
     """
 
     section: str
@@ -56,6 +58,7 @@ class Setting:
     source: str = ""
     count: int = 1
     whole: bool = False
+    pattern: str = ""
 
     @property
     def dotted(self) -> str:
@@ -96,6 +99,7 @@ def _record(owner: type[Section], section: str, key: str) -> Setting:
         rule.get("source", ""),
         len(get_args(kind)) if get_origin(kind) is tuple and "range" in rule else 1,
         kind is int,
+        rule.get("pattern", ""),
     )
 
 
