@@ -33,6 +33,7 @@ from human_gait.scenario import (
     Tolerances,
     Walk,
     load_scenario,
+    shipped_scenarios,
 )
 
 __all__ = [
@@ -75,6 +76,7 @@ __all__ = [
     "play",
     "predict",
     "report",
+    "shipped_scenarios",
     "solve",
     "verify",
 ]

@@ -47,7 +47,7 @@ def predict(
     Parameters
     ----------
     scenario : Scenario, str or Path
-        A scenario or its TOML file.
+        A scenario, or its TOML file, or the name of one that comes with the package, ``"normal"``.
     solver : str
         ``newton``, ``snopt`` or ``ipopt``.
     dynamics : str

@@ -24,7 +24,8 @@ def pinocchio_model(who: Walker) -> pin.Model:
     Parameters
     ----------
     who : Body, Gait, Scenario, Subject, str or Path
-        A path is that of a scenario file. A subject carries nothing.
+        A path is that of a scenario file, or the name of a scenario that comes with the package. A
+        subject carries nothing.
 
     Returns
     -------
@@ -47,7 +48,8 @@ def drake_plant(who: Walker) -> MultibodyPlant:
     Parameters
     ----------
     who : Body, Gait, Scenario, Subject, str or Path
-        A path is that of a scenario file. A subject carries nothing.
+        A path is that of a scenario file, or the name of a scenario that comes with the package. A
+        subject carries nothing.
 
     Returns
     -------
