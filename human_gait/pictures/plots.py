@@ -8,6 +8,7 @@ colour-blind people tell apart.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -221,9 +222,19 @@ def plot(gait: Gait, name: str) -> Figure:
         return PLOTS[name](gait)
 
 
+class Picture(Figure):
+    """A figure that a notebook shows, without pyplot and whatever the settings of matplotlib."""
+
+    def _repr_png_(self) -> bytes:
+        png = BytesIO()
+        with mpl.rc_context(STYLE):
+            self.savefig(png, format="png", dpi=DPI)
+        return png.getvalue()
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure, [inch], that does not know pyplot."""
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Picture(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
