@@ -14,8 +14,9 @@ import pytest
 from exports import LOADS, from_opensim, joint_centres, marker_places, walking
 from solves import solved
 
+from human_gait.body.limits import position_limits
 from human_gait.body.model import build_model
-from human_gait.body.skeleton import DOF_NAMES, SEGMENTS, position_limits
+from human_gait.body.skeleton import DOF_NAMES, SEGMENTS
 from human_gait.body.urdf import urdf_text
 from human_gait.export.formats import MARGIN, export_gait, sampled
 from human_gait.export.markers import marker_set

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from walks import PEOPLE, scenario
 
-from human_gait.body.skeleton import DOF_NAMES, N_DOF, index
-from human_gait.problem.constraints import joint_limits
+from human_gait.body.limits import joint_limits
+from human_gait.body.skeleton import N_DOF, index
 from human_gait.problem.program import build_program
 from human_gait.walk.bspline import Basis
 from human_gait.walk.initial_guess import initial_guess
@@ -55,7 +55,7 @@ def test_no_foot_is_deep_in_the_ground(now):
 
 
 def test_joints_are_within_their_limits(program, now):
-    lower, upper = joint_limits(program.scenario, DOF_NAMES)
+    lower, upper = joint_limits(program.scenario)
     rotations = slice(3, None)
     assert np.all(now.q[:, rotations] >= lower[rotations] - 1e-12)
     assert np.all(now.q[:, rotations] <= upper[rotations] + 1e-12)

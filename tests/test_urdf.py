@@ -6,7 +6,8 @@ import pytest
 import yourdfpy
 from bodies import BODIES, LOADED, MALE, random_states
 
-from human_gait.body import dh, skeleton
+from human_gait.body import dh
+from human_gait.body.limits import position_limits
 from human_gait.body.model import build_model
 from human_gait.body.urdf import _roll_pitch_yaw, urdf_text
 from human_gait.checks.engines import drake_plant
@@ -76,7 +77,7 @@ def test_readers_find_the_mass_of_the_body(body):
 
 
 def test_readers_find_the_joint_limits(body):
-    lower, upper = skeleton.position_limits()
+    lower, upper = position_limits()
     model, plant = build_model(body), drake_plant(body)
     np.testing.assert_array_equal(model.lowerPositionLimit, lower)
     np.testing.assert_array_equal(model.upperPositionLimit, upper)

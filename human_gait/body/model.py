@@ -4,8 +4,9 @@ import numpy as np
 import pinocchio as pin
 
 from human_gait.body import skeleton
+from human_gait.body.dh import link_to_dh
 from human_gait.body.links import GRAVITY, SIDES, Body
-from human_gait.body.urdf import JOINT_NAMES, link_to_dh, urdf_text
+from human_gait.body.urdf import JOINT_NAMES, urdf_text
 from human_gait.exceptions import ModelError
 
 

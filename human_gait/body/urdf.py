@@ -16,7 +16,8 @@ from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.body import skeleton
 from human_gait.body.anthropometry import Anthropometry
-from human_gait.body.dh import DHTable, constant, dh_matrix
+from human_gait.body.dh import constant, joint_origins, link_to_dh
+from human_gait.body.limits import position_limits, torque_limits
 from human_gait.body.links import Body, anatomical_to_link
 
 COLOURS = {
@@ -65,20 +66,6 @@ def urdf_text(body: Body) -> str:
     return ET.tostring(robot, encoding="unicode") + "\n"
 
 
-def link_to_dh(table: DHTable) -> FloatArray:
-    """Return the K_i of A_i = U_i K_i, (55, 4, 4): the part of a DH row after the motion."""
-    after = np.where(table.prismatic, 0.0, table.d)
-    return constant(dh_matrix(0.0, after, table.a, table.alpha))
-
-
-def joint_origins(table: DHTable) -> FloatArray:
-    """Return K_p B_i Rz(theta_offset) of each joint, (55, 4, 4): from link p to link i at q = 0."""
-    before = np.where(table.prismatic, table.d, 0.0)
-    offset = constant(dh_matrix(table.theta_offset, before, 0.0, 0.0))
-    of_parent = np.concatenate([link_to_dh(table), np.eye(4)[None]])[table.parent]
-    return constant(of_parent @ table.base @ offset)
-
-
 def _add_link(robot: ET.Element, body: Body, i: int, to_dh: FloatArray, place: FloatArray) -> None:
     link = ET.SubElement(robot, "link", name=LINK_NAMES[i])
     if body.mass[i] > 0:
@@ -114,9 +101,9 @@ def _add_joint(robot: ET.Element, i: int, origin: FloatArray, limits: dict[str, 
 
 def _limits(body: Body) -> list[dict[str, str]]:
     """Return the limits of all joints: effort 0 without a muscle; URDF demands a velocity."""
-    strength = np.abs(skeleton.torque_limits(body.subject)).max(axis=0)
+    strength = np.abs(torque_limits(body.subject)).max(axis=0)
     efforts = np.where(np.isfinite(strength), strength, 0.0)
-    texts = ([_text([x]) for x in each] for each in (*skeleton.position_limits(), efforts))
+    texts = ([_text([x]) for x in each] for each in (*position_limits(), efforts))
     return [
         {"lower": lower, "upper": upper, "effort": effort, "velocity": "100.0"}  # none is known
         for lower, upper, effort in zip(*texts, strict=True)

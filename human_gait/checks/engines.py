@@ -19,10 +19,11 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
 
 from human_gait.arrays import FloatArray
+from human_gait.body.dh import link_to_dh
 from human_gait.body.links import GRAVITY, Body
 from human_gait.body.model import build_model
 from human_gait.body.skeleton import N_DOF
-from human_gait.body.urdf import JOINT_NAMES, LINK_NAMES, link_to_dh, urdf_text
+from human_gait.body.urdf import JOINT_NAMES, LINK_NAMES, urdf_text
 from human_gait.dynamics.recursive_lagrangian import ExternalLoad, inverse_dynamics
 from human_gait.exceptions import ModelError
 

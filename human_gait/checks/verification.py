@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from human_gait.arrays import FloatArray
 from human_gait.body.dh import frames
+from human_gait.body.limits import joint_limits
 from human_gait.body.links import GRAVITY
 from human_gait.body.skeleton import DOF_NAMES, SEGMENTS, index, mirror
 from human_gait.checks.engines import (
@@ -27,7 +28,6 @@ from human_gait.checks.engines import (
 from human_gait.dynamics.inverse_dynamics import FOOT_LINKS
 from human_gait.dynamics.recursive_lagrangian import ExternalLoad
 from human_gait.dynamics.tissues import PassiveJoints
-from human_gait.problem.constraints import joint_limits
 from human_gait.walk.contact_plan import HEEL, LEFT, RIGHT, TOE, ContactPlan
 from human_gait.walk.gait import Gait, Samples, onward
 from human_gait.walk.gait_file import Record, carried_mass
@@ -407,7 +407,7 @@ def _walk(gait: Gait, now: Samples) -> list[Check]:
 
 def _joint_limits(gait: Gait, now: Samples) -> list[Check]:
     """Joint angles stay within their limits, and the pelvis aside and in height, Eq. (19)."""
-    lower, upper = joint_limits(gait.scenario, DOF_NAMES)
+    lower, upper = joint_limits(gait.scenario)
     outside = np.maximum(np.maximum(lower - now.q, now.q - upper), 0.0)
     return [
         _worst("joint limits exceeded", "deg", _EQUAL, np.rad2deg(outside[:, 3:]), now.t),

@@ -20,7 +20,6 @@ from human_gait.body import dh
 from human_gait.body.links import SIDES, Body
 from human_gait.body.model import build_model
 from human_gait.body.skeleton import BRANCHES, N_DOF, SEGMENTS
-from human_gait.body.urdf import link_to_dh
 from human_gait.dynamics.jet import Linearised
 from human_gait.dynamics.recursive_lagrangian import inverse_dynamics_derivatives
 from human_gait.dynamics.spatial import cross, cross_force, cross_motion
@@ -108,7 +107,7 @@ class RecursiveDynamics:
 
     def __init__(self, body: Body) -> None:
         self.body = body
-        self._to_links = dh.inverse(link_to_dh(body.table))
+        self._to_links = dh.inverse(dh.link_to_dh(body.table))
 
     def inverse(self, q: FloatArray, v: FloatArray, a: FloatArray) -> InverseDynamics:
         """Return torques and partials at K instants, q, v, a (K, 55)."""

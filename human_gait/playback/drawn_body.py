@@ -16,10 +16,11 @@ from meshcat.geometry import Geometry, MeshLambertMaterial
 from scipy.spatial import ConvexHull
 
 from human_gait.arrays import FloatArray
+from human_gait.body.dh import link_to_dh
 from human_gait.body.links import Body, anatomical_to_link
 from human_gait.body.model import build_model
 from human_gait.body.skeleton import BRANCHES, PARENT, SEGMENTS
-from human_gait.body.urdf import JOINT_NAMES, link_to_dh, urdf_text
+from human_gait.body.urdf import JOINT_NAMES, urdf_text
 from human_gait.playback.drawing import add_track, band, matte, rounded
 
 BACKPACK = "backpack"

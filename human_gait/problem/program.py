@@ -23,13 +23,13 @@ from pydrake.solvers import MathematicalProgram
 from pydrake.trajectories import BsplineTrajectory
 
 from human_gait.arrays import FloatArray
+from human_gait.body.limits import joint_limits
 from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, MIRROR_INDEX, N_DOF, in_words, index
 from human_gait.exceptions import ScenarioError
 from human_gait.problem.constraints import (
     Constraint,
     Residual,
     friction_constraints,
-    joint_limits,
     paper_constraints,
 )
 from human_gait.problem.objective import lean_on_torques, torque_squared, torque_weights
@@ -128,7 +128,7 @@ class GaitProgram:
         self.scenario, self.dynamics, self.friction = scenario, dynamics, friction
         step_time, grid = scenario.walk.step_time, scenario.discretisation
         n = grid.intervals * grid.dynamics_per_interval
-        self.limits = joint_limits(scenario, DOF_NAMES)
+        self.limits = joint_limits(scenario)
         self.basis = basis or Basis.uniform(step_time, grid.control_points, grid.mirrored)
         self.times = np.arange(n + (not grid.mirrored)) * step_time / n
         self._walker = Walker(scenario, dynamics)

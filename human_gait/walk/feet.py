@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from human_gait.arrays import FloatArray
+from human_gait.body.dh import link_to_dh
 from human_gait.body.links import SIDES, Body
-from human_gait.body.urdf import link_to_dh
 from human_gait.dynamics.inverse_dynamics import CHAINS, FOOT_LINKS, InverseDynamics, symmetric
 from human_gait.dynamics.spatial import cross
 
