@@ -4,7 +4,7 @@ import numpy as np
 
 from human_gait.body import skeleton
 from human_gait.body.limits import position_limits
-from human_gait.body.links import make_body
+from human_gait.body.person import make_body
 from human_gait.dynamics.recursive_lagrangian import ExternalLoad
 from human_gait.scenario import Load, Subject
 

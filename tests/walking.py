@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from human_gait.body.links import make_body
+from human_gait.body.person import make_body
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
 from human_gait.walk.contact_plan import ContactPlan

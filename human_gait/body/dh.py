@@ -16,6 +16,7 @@ from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.body import skeleton
 from human_gait.body.anthropometry import Anthropometry
+from human_gait.values import Value
 
 Array = npt.NDArray[Any]
 """Real, or complex where a complex step is taken through the formulas."""
@@ -26,8 +27,8 @@ _E = np.zeros((4, 4))
 _E[2, 3] = 1.0
 
 
-@dataclass(frozen=True)
-class DHTable:
+@dataclass(frozen=True, eq=False)
+class DHTable(Value):
     """The DH parameters of one body.
 
     Attributes

@@ -18,7 +18,7 @@ from human_gait.body import skeleton
 from human_gait.body.anthropometry import Anthropometry
 from human_gait.body.dh import constant, joint_origins, link_to_dh
 from human_gait.body.limits import position_limits, torque_limits
-from human_gait.body.links import Body, anatomical_to_link
+from human_gait.body.links import Links, anatomical_to_link
 
 COLOURS = {
     "skin": "0.87 0.68 0.55 1",
@@ -48,7 +48,7 @@ LINK_NAMES = _numbered("l", _bare_links())
 """Names of the 55 links in URDF: ``l06_pelvis`` ..."""
 
 
-def urdf_text(body: Body) -> str:
+def urdf_text(body: Links) -> str:
     """Return the URDF of a body; the same text for the same body."""
     robot = ET.Element("robot", name="human")
     for name, rgba in COLOURS.items():
@@ -66,7 +66,7 @@ def urdf_text(body: Body) -> str:
     return ET.tostring(robot, encoding="unicode") + "\n"
 
 
-def _add_link(robot: ET.Element, body: Body, i: int, to_dh: FloatArray, place: FloatArray) -> None:
+def _add_link(robot: ET.Element, body: Links, i: int, to_dh: FloatArray, place: FloatArray) -> None:
     link = ET.SubElement(robot, "link", name=LINK_NAMES[i])
     if body.mass[i] > 0:
         com = to_dh[:3, :3] @ body.com[i] + to_dh[:3, 3]
@@ -99,7 +99,7 @@ def _add_joint(robot: ET.Element, i: int, origin: FloatArray, limits: dict[str, 
     ET.SubElement(joint, "limit", limits)
 
 
-def _limits(body: Body) -> list[dict[str, str]]:
+def _limits(body: Links) -> list[dict[str, str]]:
     """Return the limits of all joints: effort 0 without a muscle; URDF demands a velocity."""
     strength = np.abs(torque_limits(body.subject)).max(axis=0)
     efforts = np.where(np.isfinite(strength), strength, 0.0)
@@ -121,7 +121,7 @@ def _add_fixed(robot: ET.Element, name: str, parent: str, origin: FloatArray) ->
     return link
 
 
-def _add_backpack(robot: ET.Element, body: Body, to_dh: FloatArray) -> None:
+def _add_backpack(robot: ET.Element, body: Links, to_dh: FloatArray) -> None:
     """Hang the load on the thorax, in anatomical axes about its centre; a force has no mass."""
     thorax = skeleton.SEGMENTS["thorax"]
     turn = anatomical_to_link(body.table)[thorax]
@@ -136,7 +136,7 @@ def _add_backpack(robot: ET.Element, body: Body, to_dh: FloatArray) -> None:
     ET.SubElement(visual, "material", name="backpack")
 
 
-def _add_capsules(link: ET.Element, body: Body, i: int, place: FloatArray) -> None:
+def _add_capsules(link: ET.Element, body: Links, i: int, place: FloatArray) -> None:
     """Draw the segment of link i as in ``data/capsules.csv``, which gives the left side.
 
     The table is in anatomical axes, whose place (4, 4) is in the link.

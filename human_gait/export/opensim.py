@@ -18,7 +18,8 @@ from human_gait.arrays import FloatArray
 from human_gait.body.anthropometry import symmetric_inertia
 from human_gait.body.joints import WORLD, SegmentJoint, segment_joints
 from human_gait.body.limits import position_limits
-from human_gait.body.links import GRAVITY, SIDES, Body
+from human_gait.body.links import GRAVITY, SIDES
+from human_gait.body.person import Body
 from human_gait.body.skeleton import DOF_NAMES, PRISMATIC
 from human_gait.export.markers import marker_set
 from human_gait.export.opensim_axes import tensor_to_opensim, to_opensim

@@ -25,13 +25,14 @@ from scipy.linalg import lstsq
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF, index, mirror
+from human_gait.values import Value
 
 DEGREE = 3
 _FORWARD = index("pelvis_tz")
 
 
-@dataclass(frozen=True)
-class Basis:
+@dataclass(frozen=True, eq=False)
+class Basis(Value):
     """Cubic basis functions N_j of one step.
 
     Attributes

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from human_gait.arrays import FloatArray
-from human_gait.body.links import Body
+from human_gait.body.person import Body
 from human_gait.body.skeleton import index, mirror
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
