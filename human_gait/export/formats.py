@@ -166,7 +166,7 @@ def _around_zero(gait: Gait, t: FloatArray) -> Samples:
     """Return the gait at times t (K,) >= -2 T: as a stride later, moved back by its length."""
     later = gait.instants(t + 2 * gait.step_time)
     back = np.full(len(t), -2, dtype=np.intp)
-    return onward(replace(later, t=t), back, gait.step_length)
+    return onward(replace(later, t=t), back, gait.cycle)
 
 
 def _cut(samples: Samples, part: slice) -> Samples:

@@ -38,7 +38,7 @@ def initial_guess(scenario: Scenario, body: Body, plan: ContactPlan, basis: Basi
         hip = q[:, index(f"hip_flexion_{side}")]
         q[:, index(f"shoulder_flexion_{side}")] = -_ARM_SWING * (hip - hip.mean())
         q[:, index(f"elbow_flexion_{side}")] = _ELBOW
-    return basis.fit(f * scenario.walk.step_time, q, scenario.walk.step_length)
+    return basis.fit(f * scenario.walk.step_time, q)
 
 
 def _hips(scenario: Scenario, body: Body, plan: ContactPlan, f: FloatArray) -> FloatArray:
