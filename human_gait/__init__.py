@@ -82,7 +82,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from human_gait.body.links import Body, make_body
+    from human_gait.body.person import Body, make_body
     from human_gait.checks.models import drake_plant, pinocchio_model
     from human_gait.checks.table import Checks, verify
     from human_gait.checks.verification import Check
@@ -98,7 +98,7 @@ if TYPE_CHECKING:
 else:
     # Made available on first use: a solver or a browser viewer takes up to a second to import.
     _MODULE_OF = {
-        "Body": "body.links",
+        "Body": "body.person",
         "Check": "checks.verification",
         "Checks": "checks.table",
         "Comparison": "people.comparison",
@@ -114,7 +114,7 @@ else:
         "drake_plant": "checks.models",
         "explain": "reporting.calls",
         "load": "walks",
-        "make_body": "body.links",
+        "make_body": "body.person",
         "pinocchio_model": "checks.models",
         "play": "playback.page",
         "predict": "walks",

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -49,6 +49,11 @@ class Value:
     def __getstate__(self) -> dict[str, Any]:
         return {item.name: getattr(self, item.name) for item in fields(self)}
 
+    def frozen(self) -> Self:
+        """Return the value itself, whose arrays nobody can write to from now on."""
+        _freeze(self)
+        return self
+
     def _compared(self) -> dict[str, Any]:
         return {item.name: getattr(self, item.name) for item in fields(self) if item.compare}
 
@@ -60,6 +65,18 @@ def _short(value: object) -> str:
     if isinstance(value, Mapping):
         return f"<{len(value)} by name>"
     return repr(value)
+
+
+def _freeze(value: object) -> None:
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, Value):
+        _freeze(value.__getstate__())
+    elif isinstance(value, Mapping):
+        _freeze(tuple(value.values()))
+    elif isinstance(value, tuple | list):
+        for item in value:
+            _freeze(item)
 
 
 def _same(one: object, other: object) -> bool:

@@ -1,7 +1,10 @@
 """Values that hold arrays: comparison, hash, copies and pickles."""
 
 import copy
+import dataclasses
+import importlib
 import pickle
+import pkgutil
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -91,3 +94,33 @@ def test_copies_are_equal_and_without_caches(copied):
     assert "large" in vars(sole)
     assert "large" not in vars(again)
     assert len(pickle.dumps(sole)) < 1000
+
+
+WINGS = ("body", "dynamics", "walk", "checks", "export")
+NOT_COMPARED = {"Instants", "SecondDerivatives", "Adjoint", "Gait", "Samples"}
+
+
+def classes_of(wing):
+    package = importlib.import_module(f"human_gait.{wing}")
+    for found in pkgutil.iter_modules(package.__path__):
+        module = importlib.import_module(f"{package.__name__}.{found.name}")
+        for item in vars(module).values():
+            if dataclasses.is_dataclass(item) and item.__module__ == module.__name__:
+                yield item
+
+
+@pytest.mark.parametrize("wing", WINGS)
+def test_every_dataclass_with_arrays_is_a_value(wing):
+    """One that `dataclass` gives a comparison raises where numpy cannot say yes or no."""
+    with_arrays = [
+        item
+        for item in classes_of(wing)
+        if any("Array" in str(field.type) for field in dataclasses.fields(item))
+    ]
+    assert with_arrays
+    not_values = [
+        item.__name__
+        for item in with_arrays
+        if not issubclass(item, Value) or item.__eq__ is not Value.__eq__
+    ]
+    assert set(not_values) <= NOT_COMPARED

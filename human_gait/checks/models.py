@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from human_gait.body.links import Body, make_body
-from human_gait.body.model import build_model
+from human_gait.body.person import Body, make_body
 from human_gait.checks import engines
 from human_gait.scenario import Scenario, Subject, load_scenario
 from human_gait.walk.gait import Gait
@@ -32,14 +31,15 @@ def pinocchio_model(who: Walker) -> pin.Model:
     pinocchio.Model
         nq = nv = 55 in the order of `Gait.joint_names`, so that ``gait.q(t)``, ``v`` and ``a`` are
         its configuration, velocity and acceleration [rad], [m]. y is up, gravity 9.81 m/s^2. The
-        contact points of the feet are frames ``heel_r``, ``ball_medial_r``, ..., ``toe_l``.
+        contact points of the feet are frames ``heel_r``, ``ball_medial_r``, ..., ``toe_l``. It is
+        the caller's own.
 
     Raises
     ------
     ScenarioError
         If a scenario file cannot be read or used.
     """
-    return build_model(_body(who))
+    return _body(who).pinocchio_model()
 
 
 def drake_plant(who: Walker) -> MultibodyPlant:

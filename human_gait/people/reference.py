@@ -80,8 +80,8 @@ class Reference(Value):
     curves: Mapping[str, MeasuredCurve]
 
 
-@dataclass(frozen=True)
-class Score:
+@dataclass(frozen=True, eq=False)
+class Score(Value):
     """How close a predicted curve comes to a measured one.
 
     Attributes

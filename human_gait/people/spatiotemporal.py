@@ -17,8 +17,8 @@ from human_gait.arrays import FloatArray
 from human_gait.people.reference import Cycle, references, stance, stance_of
 
 
-@dataclass(frozen=True)
-class StepScore:
+@dataclass(frozen=True, eq=False)
+class StepScore(Value):
     """A quantity of the step against what people do.
 
     Attributes

@@ -22,7 +22,8 @@ from matplotlib.patches import Patch, Polygon
 
 from human_gait.arrays import FloatArray
 from human_gait.body import dh
-from human_gait.body.links import Body, anatomical_to_link
+from human_gait.body.links import anatomical_to_link
+from human_gait.body.person import Body
 from human_gait.body.skeleton import GRAVITY, SEGMENTS, index
 from human_gait.exceptions import ResultError
 from human_gait.people.pictures import draw_column

@@ -15,7 +15,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.links import Body
+from human_gait.body.person import Body
 from human_gait.body.skeleton import DOF_NAMES, N_DOF, SEGMENTS
 from human_gait.exceptions import ResultError, ScenarioError
 from human_gait.scenario import Scenario
