@@ -15,6 +15,7 @@ from scipy import stats
 from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.people.reference import Cycle, references, stance, stance_of
+from human_gait.values import Value
 
 
 @dataclass(frozen=True, eq=False)
