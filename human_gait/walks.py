@@ -12,18 +12,18 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from rich.console import Console
-
+from human_gait import console
 from human_gait.checks.table import Checks, verify
 from human_gait.exceptions import NoSolutionFound
-from human_gait.prediction import OURS, SUMMARY, _explanation, _progress, _summary
 from human_gait.problem.program import LIMITS, SYMMETRY, GaitProgram, build_program
-from human_gait.results.explanation import FILE as EXPLANATION
-from human_gait.results.folder import read_json, replaced_folder
+from human_gait.results.folder import replaced_folder
+from human_gait.results.names import EXPLANATION, GAIT_CYCLE, SUMMARY, result_files
+from human_gait.results.reading import read_json
 from human_gait.scenario import Scenario, load_scenario
 from human_gait.solving.diagnosis import not_kept, suggestions
 from human_gait.solving.solver import SOLVERS, Iterate, Solution
 from human_gait.solving.starts import GIVEN, WARM, Attempt, Start, Tell, best, climb
+from human_gait.solving.summary import explanation_content, summary_content
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import save_gait_cycle
@@ -119,14 +119,14 @@ def load(path: str | Path) -> Gait:
 
 def save(gait: Gait, folder: str | Path) -> Path:
     """Write a gait as a result without pictures, as `Gait.save` says, and return the folder."""
-    with replaced_folder(Path(folder), OURS, solved=False) as new:
+    with replaced_folder(Path(folder), result_files(SOLVERS), solved=False) as new:
         save_gait(gait, new)
         save_multipliers(gait.multipliers, new)
-        save_gait_cycle(gait, new / "gait_cycle.csv")
+        save_gait_cycle(gait, new / GAIT_CYCLE)
         kept = replace(_attempt(gait), checks=verify(load_record(new)))
         contents = {
-            SUMMARY: _summary(kept, [kept], int(gait.solution.get("seed", 0))),
-            EXPLANATION: _explanation(kept.program, kept.solution),
+            SUMMARY: summary_content(kept, [kept], int(gait.solution.get("seed", 0))),
+            EXPLANATION: explanation_content(kept.program, kept.solution),
         }
         for name, content in contents.items():
             (new / name).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
@@ -142,7 +142,7 @@ def _warm_start(gait: Gait, program: GaitProgram) -> Start:
 def _telling(progress: Progress) -> Iterator[Callable[[str], Tell | None]]:
     """Yield what is given the name of each start and returns who is told of its iterates."""
     if progress is True:
-        with _progress(Console(highlight=False)) as tell:
+        with console.progress() as tell:
             yield tell
     else:
         told = progress if callable(progress) else None

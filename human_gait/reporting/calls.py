@@ -11,10 +11,11 @@ from tempfile import TemporaryDirectory
 
 from rich.console import Console
 
-from human_gait.reporting.page import FILE, report_page
+from human_gait.reporting.page import report_page
 from human_gait.reporting.results import Bound, read_bounds
 from human_gait.results.explanation import explained
 from human_gait.results.folder import whole_file
+from human_gait.results.names import REPORT
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import folder_of
 
@@ -107,8 +108,8 @@ def report(
 
 def _page_of(given: Sequence[Gait | str | Path]) -> Path:
     if len(given) == 1 and not isinstance(given[0], Gait):
-        return folder_of(given[0]) / FILE
-    return Path("out") / FILE
+        return folder_of(given[0]) / REPORT
+    return Path("out") / REPORT
 
 
 @contextmanager
