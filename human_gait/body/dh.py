@@ -16,6 +16,7 @@ from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.body import skeleton
 from human_gait.body.anthropometry import Anthropometry
+from human_gait.values import Value
 
 Array = npt.NDArray[Any]
 """Real, or complex where a complex step is taken through the formulas."""
@@ -26,8 +27,8 @@ _E = np.zeros((4, 4))
 _E[2, 3] = 1.0
 
 
-@dataclass(frozen=True)
-class DHTable:
+@dataclass(frozen=True, eq=False)
+class DHTable(Value):
     """The DH parameters of one body.
 
     Attributes
@@ -160,3 +161,17 @@ def frames(table: DHTable, q: Array) -> tuple[Array, Array]:
         P[..., j, :, :] = table.base[j] if p < 0 else A[..., p, :, :] @ table.base[j]
         A[..., j, :, :] = P[..., j, :, :] @ T[..., j, :, :]
     return P, A
+
+
+def link_to_dh(table: DHTable) -> FloatArray:
+    """Return the K_i of A_i = U_i K_i, (55, 4, 4): the part of a DH row after the motion."""
+    after = np.where(table.prismatic, 0.0, table.d)
+    return constant(dh_matrix(0.0, after, table.a, table.alpha))
+
+
+def joint_origins(table: DHTable) -> FloatArray:
+    """Return K_p B_i Rz(theta_offset) of each joint, (55, 4, 4): from link p to link i at q = 0."""
+    before = np.where(table.prismatic, table.d, 0.0)
+    offset = constant(dh_matrix(table.theta_offset, before, 0.0, 0.0))
+    of_parent = np.concatenate([link_to_dh(table), np.eye(4)[None]])[table.parent]
+    return constant(of_parent @ table.base @ offset)

@@ -14,9 +14,10 @@ import numpy as np
 from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.body.joints import segment_frames
-from human_gait.body.links import Body
+from human_gait.body.person import Body
 from human_gait.body.skeleton import SEGMENTS
-from human_gait.export.opensim_axes import AXES, to_opensim
+from human_gait.export.opensim_format import AXES, to_opensim
+from human_gait.values import Value
 
 _MILLIMETRES = 1000.0
 _TRC_COUNTS = (
@@ -26,8 +27,8 @@ _TRC_COUNTS = (
 _SIDES = {"l": 1.0, "r": -1.0}  # the tables are those of the left side
 
 
-@dataclass(frozen=True)
-class Marker:
+@dataclass(frozen=True, eq=False)
+class Marker(Value):
     """One marker.
 
     Attributes

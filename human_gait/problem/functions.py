@@ -42,7 +42,7 @@ class WalkFunctions:
     def __init__(self, scenario: Scenario, basis: Basis, dynamics: str = "pinocchio") -> None:
         grid, T = scenario.discretisation, scenario.walk.step_time
         n = grid.intervals * grid.dynamics_per_interval
-        self.basis, self._step_length = basis, scenario.walk.step_length
+        self.basis = basis
         self.walker = Walker(scenario, dynamics)
         self.times = np.arange(n + (not grid.mirrored)) * T / n
         self.spacing = _trapezoids(T / n, len(self.times), grid.mirrored)
@@ -71,7 +71,7 @@ class WalkFunctions:
 
     def expanded(self, free: FloatArray) -> FloatArray:
         """Return all control points (n, 55) from the free ones, Eq. (26)."""
-        return self.basis.expand(free.reshape(-1, N_DOF), self._step_length)
+        return self.basis.expand(free.reshape(-1, N_DOF))
 
     def cost(self, terms: Iterable[Term], free: FloatArray) -> tuple[float, FloatArray]:
         """Return the sum of terms [N^2 m^2 s] and its gradient in the free control points."""

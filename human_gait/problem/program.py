@@ -19,13 +19,13 @@ import numpy as np
 from pydrake.solvers import Binding, EvaluatorBase, MathematicalProgram
 
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, MIRROR_INDEX, N_DOF, in_words, index
+from human_gait.body.limits import joint_limits
+from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, N_DOF, in_words
 from human_gait.exceptions import ScenarioError
 from human_gait.problem.constraints import (
     LIMITS,
     SYMMETRY,
     friction_constraints,
-    joint_limits,
     paper_constraints,
 )
 from human_gait.problem.drake import Curvature, RowsOfWalk, TermOfWalk, add_rows, add_term, offers
@@ -36,6 +36,7 @@ from human_gait.problem.residual import Constraint, Residual
 from human_gait.problem.violation import Violation, worst_row
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
+from human_gait.walk.cycle import step_cycle
 from human_gait.walk.gait import Gait
 from human_gait.walk.initial_guess import initial_guess
 from human_gait.walk.instant import Instants
@@ -110,11 +111,11 @@ class GaitProgram:
     ) -> None:
         grid = scenario.discretisation
         if basis is None:
-            basis = Basis.uniform(scenario.walk.step_time, grid.control_points, grid.mirrored)
+            basis = Basis.uniform(step_cycle(scenario.walk), grid.control_points, grid.mirrored)
         self.scenario, self.dynamics, self.basis, self.friction = scenario, dynamics, basis, False
         self.functions = WalkFunctions(scenario, basis, dynamics)
         self.times, plan = self.functions.times, self.functions.walker.plan
-        self.limits = joint_limits(scenario, DOF_NAMES)
+        self.limits = joint_limits(scenario)
         self.symmetry = _symmetry_rows(scenario, basis)
         self._guess = self.guess()
         self._at_guess = self.functions.evaluated(self._guess)
@@ -291,7 +292,7 @@ class GaitProgram:
         N = np.stack([self.basis.matrix(self.times, order) for order in range(3)])
         overlap = np.einsum("okn,pkn->kop", N, N) * COST_SCALE / len(self.times)
         d = np.einsum("kop,kopd->d", overlap, squares)
-        d = np.maximum((d + d[MIRROR_INDEX]) / 2, _LEAST_CURVATURE)
+        d = np.maximum((d + d[self.basis.cycle.index]) / 2, _LEAST_CURVATURE)
         return np.asarray(np.exp2(np.round(-np.log2(d) / 4)))
 
 
@@ -355,7 +356,7 @@ def refined_program(
     multiple = int(np.ceil(2 * basis.n_pieces / grid.intervals))
     finer = replace(grid, control_points=n_control_points, intervals=multiple * grid.intervals)
     scenario = replace(gait.scenario, discretisation=finer)
-    P = gait.basis.insert(basis, gait.control_points, gait.step_length)
+    P = gait.basis.insert(basis, gait.control_points)
     return build_program(scenario, basis, dynamics), P[: basis.n_free].ravel()
 
 
@@ -367,7 +368,7 @@ def _symmetry_rows(scenario: Scenario, basis: Basis) -> tuple[FloatArray, FloatA
     derivatives = range(_TIED[scenario.discretisation.periodicity])
     rows = [basis.symmetry(derivative) for derivative in derivatives]
     ends = np.zeros((len(rows), N_DOF))
-    ends[:1, index("pelvis_tz")] = scenario.walk.step_length
+    ends[:1] = basis.cycle.advance
     return np.concatenate([np.zeros((0, basis.n_free * N_DOF)), *rows]), ends.ravel()
 
 

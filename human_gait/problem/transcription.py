@@ -14,7 +14,7 @@ import numpy.typing as npt
 from scipy.sparse import coo_array
 
 from human_gait.arrays import FloatArray, IntArray
-from human_gait.body.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF
+from human_gait.body.skeleton import N_DOF
 from human_gait.problem.residual import Constraint, Residual
 from human_gait.walk.bspline import DEGREE, Basis
 from human_gait.walk.instant import SecondDerivatives
@@ -93,7 +93,7 @@ class Transcription:
         """
         left, right, active = self._onto_points(left), self._onto_points(right), self._active
         if self.basis.mirrored:
-            image = MIRROR_SIGN[:, None, None] * right[0][MIRROR_INDEX]
+            image = self.basis.cycle.sign[:, None, None] * right[0][self.basis.cycle.index]
             right, active = np.concatenate([right, image[None]]), np.vstack([active, active[:1]])
         for k in range(len(right) - 1):
             block = _flat(left[k]).T @ _flat(right[k + 1])
@@ -106,10 +106,11 @@ class Transcription:
         """Add second derivatives (220, 220) in two times four control points, Eq. (26)."""
         m = self.basis.n_free
         block = block.reshape(DEGREE + 1, N_DOF, DEGREE + 1, N_DOF)
-        past = rows >= m  # the mirror images of the first control points
-        block[past] = block[past][:, MIRROR_INDEX] * MIRROR_SIGN[:, None, None]
+        cycle = self.basis.cycle
+        past = rows >= m  # the images of the first control points
+        block[past] = block[past][:, cycle.index] * cycle.sign[:, None, None]
         past = columns >= m
-        block[:, :, past] = block[:, :, past][..., MIRROR_INDEX] * MIRROR_SIGN
+        block[:, :, past] = block[:, :, past][..., cycle.index] * cycle.sign
         for i, row in enumerate(rows % m):
             for j, column in enumerate(columns % m):
                 by_point[row, :, column] += block[i, :, j]
@@ -144,11 +145,11 @@ class Transcription:
 
         Control points past the free ones are the mirror images of the first ones.
         """
-        m, columns = self.basis.n_free, constraint.columns[:, None]
+        cycle, m, columns = self.basis.cycle, self.basis.n_free, constraint.columns[:, None]
         functions = self._active[constraint.instants][:, :, None]
         mirrored = functions >= m
-        dof = np.where(mirrored, MIRROR_INDEX[columns], columns)
-        return functions % m, dof, np.where(mirrored, MIRROR_SIGN[columns], 1.0)
+        dof = np.where(mirrored, cycle.index[columns], columns)
+        return functions % m, dof, np.where(mirrored, cycle.sign[columns], 1.0)
 
 
 def _flat(rows: FloatArray) -> FloatArray:

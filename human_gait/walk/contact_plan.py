@@ -14,9 +14,11 @@ import numpy as np
 
 from human_gait.arrays import BoolArray, FloatArray
 from human_gait.body.dh import frames
-from human_gait.body.links import Body, FootPoints
+from human_gait.body.links import FootPoints
+from human_gait.body.person import Body
 from human_gait.body.skeleton import GRAVITY, N_DOF, index
 from human_gait.scenario import Scenario
+from human_gait.values import Value
 
 RIGHT, LEFT = 0, 1
 SIDES = ("right", "left")
@@ -34,8 +36,8 @@ _AROUND = [0, 1, 2, 2, 1, 0]  # heel, ball or toes: the part that each corner of
 _BALL_CORNERS = [1, 4]
 
 
-@dataclass(frozen=True)
-class Foot:
+@dataclass(frozen=True, eq=False)
+class Foot(Value):
     """The sole of one foot that stands flat; measures along z from the ankle [m].
 
     Attributes

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from human_gait.arrays import FloatArray
-from human_gait.body.links import Body
+from human_gait.body.person import Body
 from human_gait.body.skeleton import N_DOF, index
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
@@ -38,7 +38,7 @@ def initial_guess(scenario: Scenario, body: Body, plan: ContactPlan, basis: Basi
         hip = q[:, index(f"hip_flexion_{side}")]
         q[:, index(f"shoulder_flexion_{side}")] = -_ARM_SWING * (hip - hip.mean())
         q[:, index(f"elbow_flexion_{side}")] = _ELBOW
-    return basis.fit(f * scenario.walk.step_time, q, scenario.walk.step_length)
+    return basis.fit(f * scenario.walk.step_time, q)
 
 
 def _hips(scenario: Scenario, body: Body, plan: ContactPlan, f: FloatArray) -> FloatArray:
