@@ -33,7 +33,7 @@ OpenSim differentiates and filters them, which needs neighbours.
 
 
 @dataclass(frozen=True)
-class Stride:
+class SampledStride:
     """One stride, from left heel strike to left heel strike, sampled evenly.
 
     Attributes
@@ -52,49 +52,49 @@ class Stride:
     padded: Samples
 
 
-def _mot(stride: Stride, folder: Path) -> None:
+def _mot(stride: SampledStride, folder: Path) -> None:
     opensim_files.save_coordinates(stride.padded, folder / names.COORDINATES)
 
 
-def _grf(stride: Stride, folder: Path) -> None:
+def _grf(stride: SampledStride, folder: Path) -> None:
     opensim_files.save_ground_reaction(stride.padded, folder / names.FORCES)
     opensim_files.save_external_loads(folder / names.LOADS)
 
 
-def _sto(stride: Stride, folder: Path) -> None:
+def _sto(stride: SampledStride, folder: Path) -> None:
     opensim_files.save_torques(stride.padded, folder / names.TORQUES)
 
 
-def _osim(stride: Stride, folder: Path) -> None:
+def _osim(stride: SampledStride, folder: Path) -> None:
     opensim_files.save_model(stride.gait.body, folder / names.MODEL)
 
 
-def _trc(stride: Stride, folder: Path) -> None:
+def _trc(stride: SampledStride, folder: Path) -> None:
     now = stride.samples
     save_trc(stride.gait.body, now.t, now.q, stride.rate, folder / names.MARKERS_TRC)
 
 
-def _c3d(stride: Stride, folder: Path) -> None:
+def _c3d(stride: SampledStride, folder: Path) -> None:
     save_c3d(stride.gait.body, stride.samples.q, stride.rate, folder / names.MARKERS_C3D)
 
 
-def _bvh(stride: Stride, folder: Path) -> None:
+def _bvh(stride: SampledStride, folder: Path) -> None:
     save_bvh(stride.gait.body, stride.samples.q, stride.rate, folder / names.MOTION)
 
 
-def _csv(stride: Stride, folder: Path) -> None:
+def _csv(stride: SampledStride, folder: Path) -> None:
     tables.save_joint_angles(stride.samples, folder / names.ANGLES_TABLE)
     tables.save_joint_torques(stride.samples, folder / names.TORQUES_TABLE)
     tables.save_ground_reaction(stride.samples, folder / names.FORCES_TABLE)
 
 
-def _urdf(stride: Stride, folder: Path) -> None:
+def _urdf(stride: SampledStride, folder: Path) -> None:
     (folder / names.ROBOT).write_text(stride.gait.body.urdf, encoding="utf-8")
     save_trajectory_csv(stride.samples, folder / names.TRAJECTORY_CSV)
     save_trajectory_json(stride.samples, folder / names.TRAJECTORY_JSON)
 
 
-FORMATS: Mapping[str, Callable[[Stride, Path], None]] = MappingProxyType(
+FORMATS: Mapping[str, Callable[[SampledStride, Path], None]] = MappingProxyType(
     {
         "osim": _osim,
         "mot": _mot,
@@ -152,14 +152,14 @@ def _usual_rate(name: str) -> float:
     return OPENSIM_RATE if name in _FOR_OPENSIM else RATE
 
 
-def sampled(gait: Gait, rate: float) -> Stride:
+def sampled(gait: Gait, rate: float) -> SampledStride:
     """Return one stride of a gait, `rate` samples a second."""
     if not RATES[0] <= rate <= RATES[1]:
         raise ValueError(f"rate = {rate}: must be from {RATES[0]} to {RATES[1]} Hz")
     last, more = (int(np.floor(time * rate + 1e-9)) for time in (2 * gait.step_time, MARGIN))
     t = np.arange(-more, last + more + 1) / rate
     padded = _around_zero(gait, t)
-    return Stride(gait, rate, _cut(padded, slice(more, more + last + 1)), padded)
+    return SampledStride(gait, rate, _cut(padded, slice(more, more + last + 1)), padded)
 
 
 def _around_zero(gait: Gait, t: FloatArray) -> Samples:

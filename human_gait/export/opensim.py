@@ -18,9 +18,9 @@ from human_gait.arrays import FloatArray
 from human_gait.body.anthropometry import symmetric_inertia
 from human_gait.body.joints import WORLD, SegmentJoint, segment_joints
 from human_gait.body.limits import position_limits
-from human_gait.body.links import GRAVITY, SIDES
+from human_gait.body.links import GRAVITY
 from human_gait.body.person import Body
-from human_gait.body.skeleton import DOF_NAMES, PRISMATIC
+from human_gait.body.skeleton import DOF_NAMES, PRISMATIC, SIDES
 from human_gait.export.markers import marker_set
 from human_gait.export.opensim_axes import tensor_to_opensim, to_opensim
 from human_gait.export.opensim_shapes import add_box, add_capsules, numbers
