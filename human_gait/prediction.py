@@ -16,7 +16,8 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from human_gait.checks.verification import Check, verify
+from human_gait.checks.check import Check
+from human_gait.checks.verification import verify
 from human_gait.exceptions import NoSolutionFound, ResultError
 from human_gait.people.agreement import FILE as AGREEMENT
 from human_gait.people.agreement import agreement_to_folder

@@ -145,7 +145,7 @@ def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction) -> Linear
     return Linearised(value, partials)
 
 
-def pass_on_torques(
+def add_torques_to_adjoint(
     dynamics: InverseDynamics, reaction: GroundReaction, adjoint: Adjoint
 ) -> tuple[FloatArray, FloatArray]:
     """Take account of the forces on the feet in a weighted sum of joint torques.
