@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from human_gait.arrays import FloatArray, IntArray
-from human_gait.body.skeleton import SIDES, SIDES_IN_WORDS, index
+from human_gait.body.skeleton import SIDE_NAMES, SIDES, index
 from human_gait.problem.residual import Constraint, Demand, Residual, Tolerance, same_words
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
@@ -103,7 +103,7 @@ def arm_leg_coupling(scenario: Scenario, on: IntArray) -> Constraint:
         upper=upper,
         instants=k,
         columns=columns,
-        what=np.tile([f"{side} shoulder against {side} hip" for side in SIDES_IN_WORDS], len(on)),
+        what=np.tile([f"{side} shoulder against {side} hip" for side in SIDE_NAMES], len(on)),
         evaluate=evaluate,
         to_adjoint=to_adjoint,
     )
