@@ -9,7 +9,7 @@ from human_gait.body.skeleton import index
 from human_gait.problem.residual import Constraint, Demand, Residual, Tolerance, same_words
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
-from human_gait.walk.contact_plan import SIDES
+from human_gait.walk.contact_plan import SIDE_NAMES
 from human_gait.walk.instant import Instants
 
 PELVIC_VELOCITY = Demand(
@@ -104,7 +104,7 @@ def arm_leg_coupling(scenario: Scenario, on: IntArray) -> Constraint:
         upper=upper,
         instants=k,
         columns=columns,
-        what=np.tile([f"{side} shoulder against {side} hip" for side in SIDES], len(on)),
+        what=np.tile([f"{side} shoulder against {side} hip" for side in SIDE_NAMES], len(on)),
         evaluate=evaluate,
         to_adjoint=to_adjoint,
     )

@@ -19,7 +19,7 @@ from human_gait.body.skeleton import GRAVITY, N_DOF, index
 from human_gait.scenario import Scenario
 
 RIGHT, LEFT = 0, 1
-SIDES = ("right", "left")
+SIDE_NAMES = ("right", "left")
 """In words, by number of the foot."""
 
 HEEL, BALL_MEDIAL, BALL_LATERAL, TOE = range(4)
