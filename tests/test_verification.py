@@ -8,7 +8,7 @@ from walks import scenario
 
 from human_gait.body.skeleton import SEGMENTS, index
 from human_gait.checks import ground, laws, motion
-from human_gait.checks.check import Check
+from human_gait.checks.check import Check, Kind
 from human_gait.checks.engines import DrakeEngine, RecursionEngine
 from human_gait.checks.verification import verify
 from human_gait.problem.program import build_program
@@ -355,7 +355,7 @@ def test_a_foot_that_has_to_turn_is_seen():
     """Single support at mid-step: the moment that a dry floor holds, and half as much again."""
     now, k = instants(), 12
     polygon = GAIT.plan.support_polygon(now.t[k])
-    radius = contact_plan._radius_of_gyration(polygon)
+    radius = contact_plan.radius_of_gyration(polygon)
     assert 0.05 < radius < 0.1
     yaw = now.yaw_moment * 0.0
     yaw[k, 1] = 1.5 * GAIT.plan.friction * radius * now.grf[k, :, 1].sum()
@@ -385,7 +385,7 @@ def test_a_foot_that_slides_while_it_stands_is_seen():
 @pytest.mark.parametrize("corners", [SQUARE, SQUARE[::-1], np.roll(SQUARE, 1, axis=0) + 7.0])
 def test_the_radius_of_gyration_of_a_rectangle(corners):
     """r^2 = (a^2 + b^2) / 12."""
-    assert contact_plan._radius_of_gyration(corners) == pytest.approx(np.sqrt(5.0 / 12.0))
+    assert contact_plan.radius_of_gyration(corners) == pytest.approx(np.sqrt(5.0 / 12.0))
 
 
 def test_a_ground_that_carries_too_much_is_seen():
@@ -432,3 +432,22 @@ def test_values_up_to_the_limit_pass_and_nothing_else():
     assert check.passed
     assert not dataclasses.replace(check, value=0.0101).passed
     assert not dataclasses.replace(check, value=np.nan).passed
+
+
+def test_every_kind_of_check_is_there():
+    assert {check.kind for check in FOUND.values()} == set(Kind)
+
+
+def test_the_checks_of_friction_are_those_whose_limit_is_the_floor():
+    ice = dataclasses.replace(GAIT.scenario.ground, friction=GAIT.scenario.ground.friction / 2)
+    task = dataclasses.replace(GAIT.scenario, ground=ice)
+    found = checks_of(Gait(task, GAIT.breaks, GAIT.control_points))
+    changed = {name for name, check in found.items() if check.limit != FOUND[name].limit}
+    assert changed == {name for name, check in FOUND.items() if check.kind is Kind.FRICTION}
+
+
+def test_what_is_constrained_at_the_instants_is_what_a_constraint_says_or_the_package_adds():
+    stated = {c.equation for c in PROGRAM.constraints}
+    checked = {check.equation for check in FOUND.values() if check.kind is Kind.INSTANTS}
+    assert checked <= stated | {""}
+    assert len(checked) > 4

@@ -97,13 +97,9 @@ def not_kept(scenario: Scenario, violations: list[Violation]) -> list[Violation]
 
 def _tolerated(violation: Violation, scenario: Scenario) -> float:
     """Return what the row may be off, at least an easy step, in its unit."""
-    tolerance, value = violation.demand.tolerance, 0.0
-    if tolerance:
-        value = getattr(scenario.tolerances, tolerance.key)
-    if violation.unit == "rad":
-        value = np.deg2rad(value)
-    step = unit_step(violation.unit)[0]
-    return float(max(abs(value), step))
+    tolerance, step = violation.demand.tolerance, unit_step(violation.unit)[0]
+    value = getattr(scenario.tolerances, tolerance.key) if tolerance else 0.0
+    return float(max(abs(np.deg2rad(value) if violation.unit == "rad" else value), step))
 
 
 def suggestions(program: GaitProgram, solution: Solution, checks: list[Check]) -> list[Suggestion]:
@@ -211,7 +207,12 @@ def _held(program: GaitProgram, solution: Solution, worst: Violation) -> Iterato
 def _against_limits(
     program: GaitProgram, solution: Solution, worst: Violation
 ) -> list[tuple[str, str]]:
-    """Return the DOF at a limit that moving past it would reduce a violation, and the limit."""
+    """Return the DOF at a limit that moving past it would reduce a violation, and the limit.
+
+    The slope of the worst row tells which way each control point would have to go. Those that are
+    at the limit on that side are stuck; a DOF counts if one of its control points has a slope of at
+    least `_PART` of the largest.
+    """
     constraint = next((c for c in program.constraints if c.demand == worst.demand), None)
     if constraint is None:  # the ends of the splines: no row of an instant
         return []
@@ -219,12 +220,13 @@ def _against_limits(
     value, jacobian = program.residual(constraint, P.ravel())
     excess = np.maximum(value - constraint.upper, constraint.lower - value)
     row = int(np.argmax(excess))
-    outward = -np.sign(value[row] - constraint.lower[row]) * jacobian[row].reshape(P.shape)
+    side = -np.sign(value[row] - constraint.lower[row])  # 1 below the lower bound, else -1
+    wanted = side * jacobian[row].reshape(P.shape)
     lower, upper = program.limits
     low, high = lower + FEASIBLE >= P, upper - FEASIBLE <= P
-    stuck = np.where((outward < 0.0) & low | (outward > 0.0) & high, np.abs(outward), 0.0)
+    stuck = np.where((wanted < 0.0) & low | (wanted > 0.0) & high, np.abs(wanted), 0.0)
     weight = stuck.max(axis=0)
-    order = np.argsort(-weight)[: np.count_nonzero(weight > _PART * np.abs(outward).max())]
+    order = np.argsort(-weight)[: np.count_nonzero(weight > _PART * np.abs(wanted).max())]
     ends = np.where(low.any(axis=0), lower, upper)
     return [(DOF_NAMES[i], limit_text(ends[i], DOF_UNITS[i])) for i in order]
 
