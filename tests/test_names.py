@@ -15,8 +15,8 @@ from human_gait.checks.check import Check
 from human_gait.checks.verification import verify
 from human_gait.problem.constraints import LIMITS, SYMMETRY
 from human_gait.problem.program import build_program
-from human_gait.reporting import tables
-from human_gait.reporting.results import Finding
+from human_gait.reporting import check_tables as tables
+from human_gait.reporting.outcome import Finding
 from human_gait.solving.diagnosis import not_kept, suggestions, violation_text
 from human_gait.solving.shadow_prices import influences
 from human_gait.solving.solver import Solution

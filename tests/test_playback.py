@@ -14,7 +14,9 @@ from human_gait import cli
 from human_gait.body.skeleton import index
 from human_gait.exceptions import ResultError
 from human_gait.playback import page as playback
+from human_gait.playback import server
 from human_gait.playback.page import play, playback_page, save_playback
+from human_gait.playback.server import page_server
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
 from human_gait.walk.cycle import step_cycle
@@ -118,7 +120,7 @@ def playback_note(first, second):
 def no_screen(monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(playback.sys, "platform", "linux")
+    monkeypatch.setattr(server.sys, "platform", "linux")
 
 
 @pytest.mark.usefixtures("no_screen")
@@ -147,10 +149,10 @@ def test_the_browser_gets_the_page_from_this_computer_only(monkeypatch):
 
 
 def test_only_this_computer_is_listened_to_unless_told_otherwise():
-    with playback._page_server("page") as server:
-        assert server.server_address[0] == "127.0.0.1"
-    with playback._page_server("page", "0.0.0.0") as server:
-        assert server.server_address[0] == "0.0.0.0"
+    with page_server("page") as served:
+        assert served.server_address[0] == "127.0.0.1"
+    with page_server("page", "0.0.0.0") as served:
+        assert served.server_address[0] == "0.0.0.0"
 
 
 @pytest.mark.parametrize("host", ["192.0.2.1", "", "no such name"])
@@ -160,7 +162,7 @@ def test_an_address_of_another_computer_is_refused(host):
 
 
 def test_two_walks_can_be_shown_at_once():
-    with playback._page_server("one") as first, playback._page_server("two") as second:
+    with page_server("one") as first, page_server("two") as second:
         assert first.server_port != second.server_port
 
 
@@ -169,7 +171,7 @@ def test_ctrl_c_ends_an_endless_walk_quietly(monkeypatch):
     def interrupted(_server):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(playback.ThreadingHTTPServer, "serve_forever", interrupted)
+    monkeypatch.setattr(server.ThreadingHTTPServer, "serve_forever", interrupted)
     play(guessed_gait())
 
 

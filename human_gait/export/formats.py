@@ -10,10 +10,10 @@ from types import MappingProxyType
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.export import opensim as opensim_files
-from human_gait.export import tables
+from human_gait.export import opensim_tables, tables
 from human_gait.export.bvh import save_bvh
 from human_gait.export.markers import save_c3d, save_trc
+from human_gait.export.opensim import save_model
 from human_gait.export.trajectory import save_trajectory_csv, save_trajectory_json
 from human_gait.results import names
 from human_gait.results.folder import replaced_folder
@@ -53,20 +53,20 @@ class SampledStride:
 
 
 def _mot(stride: SampledStride, folder: Path) -> None:
-    opensim_files.save_coordinates(stride.padded, folder / names.COORDINATES)
+    opensim_tables.save_coordinates(stride.padded, folder / names.OPENSIM_COORDINATES)
 
 
 def _grf(stride: SampledStride, folder: Path) -> None:
-    opensim_files.save_ground_reaction(stride.padded, folder / names.FORCES)
-    opensim_files.save_external_loads(folder / names.LOADS)
+    opensim_tables.save_ground_reaction(stride.padded, folder / names.OPENSIM_FORCES)
+    opensim_tables.save_external_loads(folder / names.OPENSIM_LOADS)
 
 
 def _sto(stride: SampledStride, folder: Path) -> None:
-    opensim_files.save_torques(stride.padded, folder / names.TORQUES)
+    opensim_tables.save_torques(stride.padded, folder / names.OPENSIM_TORQUES)
 
 
 def _osim(stride: SampledStride, folder: Path) -> None:
-    opensim_files.save_model(stride.gait.body, folder / names.MODEL)
+    save_model(stride.gait.body, folder / names.OPENSIM_MODEL)
 
 
 def _trc(stride: SampledStride, folder: Path) -> None:
@@ -79,7 +79,7 @@ def _c3d(stride: SampledStride, folder: Path) -> None:
 
 
 def _bvh(stride: SampledStride, folder: Path) -> None:
-    save_bvh(stride.gait.body, stride.samples.q, stride.rate, folder / names.MOTION)
+    save_bvh(stride.gait.body, stride.samples.q, stride.rate, folder / names.ANIMATION)
 
 
 def _csv(stride: SampledStride, folder: Path) -> None:
@@ -145,6 +145,17 @@ def export_gait(
             FORMATS[name](strides[hertz], new)
         written = sorted(path.name for path in new.iterdir())
     return [folder / name for name in written]
+
+
+def export(
+    gait: Gait,
+    folder: str | Path,
+    formats: str | Collection[str] | None = None,
+    rate: float | None = None,
+) -> list[Path]:
+    """Write one stride of a gait to a folder, as `Gait.export` says."""
+    names = [formats] if isinstance(formats, str) else formats or tuple(FORMATS)
+    return export_gait(gait, Path(folder), names, rate)
 
 
 def _usual_rate(name: str) -> float:

@@ -16,7 +16,7 @@ from human_gait.arrays import FloatArray
 from human_gait.body.joints import segment_frames
 from human_gait.body.person import Body
 from human_gait.body.skeleton import SEGMENTS
-from human_gait.export.opensim_axes import AXES, to_opensim
+from human_gait.export.opensim_format import AXES, to_opensim
 from human_gait.values import Value
 
 _MILLIMETRES = 1000.0

@@ -1,6 +1,6 @@
 """Measured gait, and how close a predicted gait cycle comes to it.
 
-The curves are those of ``data/reference``; its README names their sources and licences.
+The curves are those of ``people/measured``; its README names their sources and licences.
 
 References
 ----------
@@ -22,6 +22,7 @@ import numpy as np
 from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.exceptions import ResultError
+from human_gait.values import Value
 from human_gait.walk.gait_cycle import COLUMNS
 
 Cycle = Mapping[str, FloatArray]
@@ -30,14 +31,14 @@ STANCE_THRESHOLD = 0.05
 """Vertical force of a foot that stands, [BW]; the measured stance begins and ends near it."""
 
 _MEAN_COLUMN = re.compile(r"(\w+)_mean_(deg|Nm_per_kg|BW)")
-_OWN_SIGN = {  # columns in the sign of their source, which is ours: see data/reference/README.md
+_OWN_SIGN = {  # columns in the sign of their source, which is ours: see measured/README.md
     "foreaft_Fx_raw_BW": "foreaft_forward_BW",
     "mediolateral_Fz_raw_BW": "mediolateral_medial_BW",
 }
 
 
-@dataclass(frozen=True)
-class MeasuredCurve:
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredCurve(Value):
     """Mean and standard deviation of one quantity.
 
     Attributes
@@ -53,8 +54,8 @@ class MeasuredCurve:
     sd: FloatArray
 
 
-@dataclass(frozen=True)
-class Reference:
+@dataclass(frozen=True, eq=False, repr=False)
+class Reference(Value):
     """Measured curves from one source.
 
     Attributes
@@ -79,8 +80,8 @@ class Reference:
     curves: Mapping[str, MeasuredCurve]
 
 
-@dataclass(frozen=True)
-class Score:
+@dataclass(frozen=True, eq=False)
+class Score(Value):
     """How close a predicted curve comes to a measured one.
 
     Attributes
@@ -117,7 +118,7 @@ class Score:
 @cache
 def references() -> tuple[Reference, ...]:
     """Return all measured curves that have a counterpart in the gait cycle."""
-    return tuple(_reference(row) for row in data.rows("reference/sources"))
+    return tuple(_reference(row) for row in data.rows("measured/sources", __package__))
 
 
 def references_near(speed: float) -> tuple[Reference, ...]:
@@ -133,7 +134,7 @@ def references_near(speed: float) -> tuple[Reference, ...]:
 def _reference(row: Mapping[str, str]) -> Reference:
     curves: dict[str, MeasuredCurve] = {}
     for file in row["files"].split():
-        curves |= _curves(f"reference/{file}")
+        curves |= _curves(f"measured/{file}")
     return Reference(
         row["name"],
         row["label"],
@@ -146,7 +147,7 @@ def _reference(row: Mapping[str, str]) -> Reference:
 
 
 def _curves(table: str) -> dict[str, MeasuredCurve]:
-    rows = data.rows(table)
+    rows = data.rows(table, __package__)
     columns = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
     percent = columns[next(iter(columns))]
     curves = {}

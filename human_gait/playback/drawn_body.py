@@ -41,7 +41,7 @@ _FACE = {  # centre on the left side, radius, colour
 }
 
 
-class Figure:
+class DrawnBody:
     """The drawn body of one walker.
 
     Parameters

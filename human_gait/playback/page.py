@@ -8,13 +8,9 @@ soon be in different phases, and no postures could be compared.
 from __future__ import annotations
 
 import contextlib
-import errno
-import os
-import sys
 import threading
 import webbrowser
-from collections.abc import Iterator, Sequence
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,58 +19,90 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
-from human_gait.exceptions import ResultError
 from human_gait.playback.drawn_body import torque_sizes
-from human_gait.playback.scene import COLOURS, FOOTHOLDS, WALKERS, Stride, scene_commands, stride_of
+from human_gait.playback.inline import InlinePage, in_notebook
+from human_gait.playback.scene import (
+    COLOURS,
+    FOOTHOLDS,
+    WALKERS,
+    DrawnStride,
+    scene_commands,
+    stride_of,
+)
+from human_gait.playback.server import LOOPBACK, has_screen, page_server
+from human_gait.walk.gait_file import load_gait
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
 
-LOOPBACK = "127.0.0.1"
-PORT = 7000  # MeshCat's; any free one if it is taken
 
 TORQUE_COLOURS = ("#f4f2e8", "#b5dc9d", "#4fae86", "#17747a", "#12304f")
 """Colours of joint torques from none to the largest, evenly spaced; ever darker."""
 
 
 def play(
-    gait: Gait,
+    gait: Gait | str | Path,
     strides: int | None = None,
     host: str = LOOPBACK,
-    second: Gait | None = None,
+    second: Gait | str | Path | None = None,
     overlay: bool = False,
-) -> None:
-    """Show a walk in MeshCat: print its address on this computer, open a browser if there is one.
+    inline: bool | None = None,
+) -> InlinePage | None:
+    """Show a walk in MeshCat: in a notebook below the cell, else in the browser.
+
+    For the browser it prints an address on this computer and opens it if there is a screen.
 
     Parameters
     ----------
-    gait : Gait
+    gait : Gait, str or Path
+        A gait, or the folder of a result, or its ``gait.npz``.
     strides : int, optional
-        Stop and return after so many strides; otherwise walk until Ctrl-C.
+        Stop after so many strides; otherwise walk endlessly, in the browser until Ctrl-C.
     host : str
-        Address to listen on; by default this computer alone can connect.
-    second : Gait, optional
+        Address to listen on for the browser; by default this computer alone can connect.
+    second : Gait, str or Path, optional
         Another walk to show beside it, at the same phase of the stride.
     overlay : bool
         Show the second one translucent in the same place.
+    inline : bool, optional
+        Whether to return the page for a notebook to show; by default in the kernel of one.
+
+    Returns
+    -------
+    InlinePage or None
+        For a notebook what shows the walk as the value of a cell, at once; else, when the walk in
+        the browser has ended, None.
 
     Raises
     ------
     ValueError
         If `strides` is less than 1.
     ResultError
-        If this computer has no such address.
+        If there is no gait that can be read, or this computer has no such address.
     """
     if strides is not None and strides < 1:
         raise ValueError(f"strides must be at least 1, not {strides}")
-    page = playback_page(gait, strides, second, overlay)
-    with _page_server(page, host) as server, contextlib.suppress(KeyboardInterrupt):
+    first, other = _gait(gait), None if second is None else _gait(second)
+    page = playback_page(first, strides, other, overlay)
+    if in_notebook() if inline is None else inline:
+        return InlinePage(page, " and ".join(_names([first, other] if other else [first])))
+    _serve(page, host, 2 * first.step_time * strides if strides else None)
+    return None
+
+
+def _gait(result: Gait | str | Path) -> Gait:
+    return load_gait(result) if isinstance(result, str | Path) else result
+
+
+def _serve(page: str, host: str, seconds: float | None) -> None:
+    """Serve a page to the browser for so long, else until Ctrl-C."""
+    with page_server(page, host) as server, contextlib.suppress(KeyboardInterrupt):
         url = f"http://{host}:{server.server_port}/"
         print(f"MeshCat at {url}, Ctrl-C to stop", flush=True)  # noqa: T201, for who plays
         if has_screen():
             webbrowser.open(url)
-        if strides is not None:
-            bell = threading.Timer(2 * gait.step_time * strides, server.shutdown)
+        if seconds is not None:
+            bell = threading.Timer(seconds, server.shutdown)
             bell.daemon = True
             bell.start()
         server.serve_forever()
@@ -126,7 +154,7 @@ def playback_page(
 
 
 def _text(name: str) -> str:
-    return (files("human_gait.data") / name).read_text(encoding="utf-8")
+    return (files(__package__) / name).read_text(encoding="utf-8")
 
 
 def _names(gaits: Sequence[Gait]) -> list[str]:
@@ -148,7 +176,7 @@ def _about(gait: Gait, name: str) -> dict[str, Any]:
 
 
 def _data(
-    strides: Sequence[Stride], walks: list[dict[str, Any]], limit: int | None, overlay: bool
+    strides: Sequence[DrawnStride], walks: list[dict[str, Any]], limit: int | None, overlay: bool
 ) -> dict[str, Any]:
     """Return what the script of the page reads."""
     torques = [torque_sizes(stride.instants.tau) for stride in strides]
@@ -204,12 +232,6 @@ def _note(walks: list[dict[str, Any]]) -> str:
     return f"{note}, at the pace of the first: {paces[0]}; the second needs {paces[1]}."
 
 
-def has_screen() -> bool:
-    """Return whether a browser can open a window here, not only in the terminal."""
-    desktop = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-    return sys.platform in {"darwin", "win32"} or any(os.environ.get(name) for name in desktop)
-
-
 def _caption(gait: Gait) -> str:
     walk, subject, load = gait.scenario.walk, gait.body.subject, gait.body.load
     stature, mass = _quantity(subject.stature, "m"), _quantity(subject.mass, "kg")
@@ -221,37 +243,3 @@ def _caption(gait: Gait) -> str:
 def _quantity(value: float, unit: str, form: str = "g") -> str:
     """Return a number with its unit, which stay in one line."""
     return f"{value:{form}}\N{NO-BREAK SPACE}{unit}"
-
-
-def _listening(host: str, handler: type[BaseHTTPRequestHandler]) -> ThreadingHTTPServer:
-    if not host:
-        raise OSError(errno.EINVAL, "it is empty")
-    try:
-        return ThreadingHTTPServer((host, PORT), handler)
-    except OSError:
-        return ThreadingHTTPServer((host, 0), handler)
-
-
-@contextlib.contextmanager
-def _page_server(page: str, host: str = LOOPBACK) -> Iterator[ThreadingHTTPServer]:
-    """Serve one page, by default to this computer only."""
-    content = page.encode()
-
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            self.send_response(200)
-            self.send_header("Content-Type", "text/html; charset=utf-8")
-            self.send_header("Content-Length", str(len(content)))
-            self.end_headers()
-            self.wfile.write(content)
-
-        def log_message(self, format: str, *args: object) -> None:  # noqa: A002
-            """Keep the terminal quiet."""
-
-    try:
-        server = _listening(host, Handler)
-    except OSError as error:
-        message = f"--host = {host!r}: must be an address of this computer: {error.strerror}"
-        raise ResultError(message) from None
-    with server:
-        yield server

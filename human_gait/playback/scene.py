@@ -29,7 +29,7 @@ from human_gait.playback.drawing import (
     matte,
     sheer,
 )
-from human_gait.playback.drawn_body import Figure
+from human_gait.playback.drawn_body import DrawnBody
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait, Samples
@@ -70,7 +70,7 @@ _TO_MESHCAT = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]
 
 
 @dataclass(frozen=True)
-class Stride:
+class DrawnStride:
     """A walk over the gait cycle of its right leg.
 
     Attributes
@@ -84,13 +84,13 @@ class Stride:
     instants: Samples
 
 
-def stride_of(gait: Gait) -> Stride:
+def stride_of(gait: Gait) -> DrawnStride:
     """Return the stride from right heel strike, t = T, to the next, 3 T."""
     phase = np.linspace(0.0, 1.0, 2 * FRAMES_PER_STEP + 1)
-    return Stride(gait, gait.instants(gait.step_time * (1.0 + 2.0 * phase)))
+    return DrawnStride(gait, gait.instants(gait.step_time * (1.0 + 2.0 * phase)))
 
 
-def scene_commands(strides: Sequence[Stride]) -> list[str]:
+def scene_commands(strides: Sequence[DrawnStride]) -> list[str]:
     """Return the commands that build the scene of one walker or two, and their animation.
 
     All of it lasts one unit of MeshCat's time, the phase of the stride.
@@ -110,16 +110,16 @@ def scene_commands(strides: Sequence[Stride]) -> list[str]:
     return recorder.commands
 
 
-def _add_walker(motion: Animation, path: Visualizer, stride: Stride) -> None:
+def _add_walker(motion: Animation, path: Visualizer, stride: DrawnStride) -> None:
     """Draw a walker and a path that slides back under it, in the model's axes."""
     gait, instants = stride.gait, stride.instants
     _draw_ground(path, gait)
     _draw_markers(path, gait.body.subject.stature)
-    figure = Figure(path["body"], gait.body)
+    drawn = DrawnBody(path["body"], gait.body)
     covered = gait.cycle.length / gait.cycle.period * instants.t
     add_track(motion, path, "position", np.outer(-covered, [0.0, 0.0, 1.0]))
     add_track(motion, path["zmp"], "position", instants.zmp)
-    figure.animate(motion, instants.q)
+    drawn.animate(motion, instants.q)
     _animate_support(motion, path["support"], gait)
     _animate_forces(motion, path["ground_reaction"], gait, instants)
 

@@ -18,12 +18,12 @@ from human_gait.arrays import FloatArray
 from human_gait.body.person import Body
 from human_gait.body.skeleton import DOF_NAMES, N_DOF, SEGMENTS
 from human_gait.exceptions import ResultError, ScenarioError
+from human_gait.results.names import GAIT_FILE
 from human_gait.scenario import Scenario
 from human_gait.values import Value
 from human_gait.walk.bspline import DEGREE
 from human_gait.walk.gait import Gait, Samples
 
-FILE = "gait.npz"
 FORMAT = "human_gait gait 2"
 _ABOUT = """One step of a predicted walk, left heel strike (t = 0) to right heel strike (t = T).
 World: y up, z forward, x to the left. SI units, angles in radians.
@@ -59,7 +59,7 @@ _UNREADABLE = (  # what numpy, zipfile, zlib and json raise at a damaged file
 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Record(Value):
     """A gait and what its file claims about it, nothing of which has to be true.
 
@@ -97,7 +97,7 @@ def save_gait(gait: Gait, folder: Path) -> None:
     """Write a gait, and its samples for readers without this package, to ``gait.npz``."""
     record = make_record(gait)
     arrays = {item.name: getattr(record.samples, item.name) for item in fields(Samples)}
-    with (folder / FILE).open("wb") as file:
+    with (folder / GAIT_FILE).open("wb") as file:
         np.savez_compressed(
             file,
             format=FORMAT,
@@ -115,7 +115,7 @@ def save_gait(gait: Gait, folder: Path) -> None:
 
 
 def load_gait(folder: str | Path) -> Gait:
-    """Read the gait of a result folder.
+    """Read the gait of a result folder, or of its ``gait.npz``.
 
     Raises
     ------
@@ -126,15 +126,21 @@ def load_gait(folder: str | Path) -> Gait:
 
 
 def load_record(folder: str | Path) -> Record:
-    """Read the gait of a result folder and what its file claims about it.
+    """Read the gait of a result folder, or of its ``gait.npz``, and what the file claims about it.
 
     Raises
     ------
     ResultError
         As for `load_gait`. Numbers that are merely wrong are left to `verification`.
     """
-    with opened(Path(folder) / FILE, "a gait") as file:
+    with opened(folder_of(folder) / GAIT_FILE, "a gait") as file:
         return _restored(file)
+
+
+def folder_of(result: str | Path) -> Path:
+    """Return the folder of a result that is given by its folder or by the ``gait.npz`` in it."""
+    path = Path(result)
+    return path.parent if path.name == GAIT_FILE and not path.is_dir() else path
 
 
 @contextmanager
