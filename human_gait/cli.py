@@ -304,14 +304,13 @@ def urdf(
     ] = None,
 ) -> None:
     """Write the body as a URDF file."""
-    from human_gait.body.links import make_body
-    from human_gait.body.urdf import urdf_text
+    from human_gait.body.person import make_body
     from human_gait.scenario import Load
 
     task = load_scenario(scenario) if scenario else None
     body = make_body(task.subject, task.load) if task else make_body(Subject.default(), Load())
     with whole_file(out) as path:
-        path.write_text(urdf_text(body), encoding="utf-8")
+        path.write_text(body.urdf, encoding="utf-8")
     typer.echo(f"wrote {out}")
 
 

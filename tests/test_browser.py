@@ -22,6 +22,7 @@ from human_gait.playback.page import TORQUE_COLOURS, save_playback
 from human_gait.results.names import GAIT_FILE
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
+from human_gait.walk.cycle import step_cycle
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import save_gait
 
@@ -126,7 +127,7 @@ def quick_gait():
     """The same joint angles at another pace."""
     walk = {"speed": 1.5, "step_length": 0.66}
     scenario = Scenario.from_dict({**GAIT.scenario.to_dict(), "name": "quick", "walk": walk})
-    return Gait(scenario, Basis.uniform(scenario.walk.step_time, 9).breaks, GAIT.control_points)
+    return Gait(scenario, Basis.uniform(step_cycle(scenario.walk), 9).breaks, GAIT.control_points)
 
 
 @pytest.fixture(scope="module")

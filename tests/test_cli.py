@@ -317,12 +317,15 @@ def test_an_unreadable_result_is_one_line(here, capsys, replace_room):
 
 def test_urdf_writes_the_body_of_the_scenario(here, capsys, replace_room):
     (here / "her.toml").write_text(WALK + '[subject]\nsex = "female"\n[load]\nmass = 9\n')
-    replace_room("body.links", make_body=lambda subject, load: (subject.sex, load.mass))
-    replace_room("body.urdf", urdf_text=str)
+
+    def make_body(subject, load):
+        return types.SimpleNamespace(urdf=f"{subject.sex} {load.mass}")
+
+    replace_room("body.person", make_body=make_body)
     assert cli.run(["urdf"]) == 0
     assert cli.run(["urdf", "--scenario", "her.toml", "--out", "her.urdf"]) == 0
-    assert (here / "urdf" / "human.urdf").read_text() == "('male', 0.0)"
-    assert (here / "her.urdf").read_text() == "('female', 9.0)"
+    assert (here / "urdf" / "human.urdf").read_text() == "male 0.0"
+    assert (here / "her.urdf").read_text() == "female 9.0"
     assert capsys.readouterr().out.splitlines() == ["wrote urdf/human.urdf", "wrote her.urdf"]
 
 

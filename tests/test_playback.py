@@ -19,6 +19,7 @@ from human_gait.playback.page import play, playback_page, save_playback
 from human_gait.playback.server import page_server
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
+from human_gait.walk.cycle import step_cycle
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import save_gait
 
@@ -103,7 +104,7 @@ def test_walks_of_different_pace_are_said_to_be_at_the_same_phase():
     quicker = Scenario.from_dict(
         {**gait.scenario.to_dict(), "name": "quick", "walk": {"speed": 1.5, "step_length": 0.66}}
     )
-    basis = Basis.uniform(quicker.walk.step_time, 9)
+    basis = Basis.uniform(step_cycle(quicker.walk), 9)
     note = playback_note(gait, Gait(quicker, basis.breaks, gait.control_points))
     assert "same per cent" in note
     note = note.replace("\N{NO-BREAK SPACE}", " ")

@@ -10,7 +10,6 @@ from types import MappingProxyType
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.urdf import urdf_text
 from human_gait.export import opensim_tables, tables
 from human_gait.export.bvh import save_bvh
 from human_gait.export.markers import save_c3d, save_trc
@@ -90,7 +89,7 @@ def _csv(stride: SampledStride, folder: Path) -> None:
 
 
 def _urdf(stride: SampledStride, folder: Path) -> None:
-    (folder / names.ROBOT).write_text(urdf_text(stride.gait.body), encoding="utf-8")
+    (folder / names.ROBOT).write_text(stride.gait.body.urdf, encoding="utf-8")
     save_trajectory_csv(stride.samples, folder / names.TRAJECTORY_CSV)
     save_trajectory_json(stride.samples, folder / names.TRAJECTORY_JSON)
 
@@ -167,7 +166,7 @@ def _around_zero(gait: Gait, t: FloatArray) -> Samples:
     """Return the gait at times t (K,) >= -2 T: as a stride later, moved back by its length."""
     later = gait.instants(t + 2 * gait.step_time)
     back = np.full(len(t), -2, dtype=np.intp)
-    return onward(replace(later, t=t), back, gait.step_length)
+    return onward(replace(later, t=t), back, gait.cycle)
 
 
 def _cut(samples: Samples, part: slice) -> Samples:

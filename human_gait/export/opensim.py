@@ -16,8 +16,10 @@ import numpy.typing as npt
 from human_gait.arrays import FloatArray
 from human_gait.body.anthropometry import symmetric_inertia
 from human_gait.body.joints import WORLD, SegmentJoint, segment_joints
-from human_gait.body.links import GRAVITY, Body
-from human_gait.body.skeleton import DOF_NAMES, PRISMATIC, position_limits
+from human_gait.body.limits import position_limits
+from human_gait.body.links import GRAVITY
+from human_gait.body.person import Body
+from human_gait.body.skeleton import DOF_NAMES, PRISMATIC
 from human_gait.export.markers import marker_set
 from human_gait.export.opensim_format import (
     add,

@@ -16,7 +16,8 @@ from matplotlib.patches import Patch, Polygon
 
 from human_gait.arrays import FloatArray
 from human_gait.body import dh
-from human_gait.body.links import Body, anatomical_to_link
+from human_gait.body.links import anatomical_to_link
+from human_gait.body.person import Body
 from human_gait.body.skeleton import GRAVITY, SEGMENTS, index
 from human_gait.pictures.sticks import draw_sticks, project, side_style, stick_figures
 from human_gait.pictures.style import (

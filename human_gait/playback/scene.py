@@ -116,7 +116,7 @@ def _add_walker(motion: Animation, path: Visualizer, stride: DrawnStride) -> Non
     _draw_ground(path, gait)
     _draw_markers(path, gait.body.subject.stature)
     drawn = DrawnBody(path["body"], gait.body)
-    covered = gait.step_length / gait.step_time * instants.t
+    covered = gait.cycle.length / gait.cycle.period * instants.t
     add_track(motion, path, "position", np.outer(-covered, [0.0, 0.0, 1.0]))
     add_track(motion, path["zmp"], "position", instants.zmp)
     drawn.animate(motion, instants.q)
@@ -153,7 +153,7 @@ def _draw_ground(path: Visualizer, gait: Gait) -> None:
     repeats = _ahead(gait)
     plane, tiles = path["ground/plane"], path["ground/tiles"]
     plane.set_object(flat([_rectangle(0.0, 0.0, 160.0, 160.0)], -2 * _LAYER), matte(_GROUND))
-    tiles.set_object(flat(_tiles(gait.step_length, repeats), -_LAYER), matte(_TILE))
+    tiles.set_object(flat(_tiles(gait.cycle.length, repeats), -_LAYER), matte(_TILE))
     for step in (0, 1):
         side, outline = gait.plan.outline(step)
         copies = [outline[:, [0, 2]] + [0.0, ahead] for ahead in repeats]
@@ -163,7 +163,7 @@ def _draw_ground(path: Visualizer, gait: Gait) -> None:
 
 def _ahead(gait: Gait) -> FloatArray:
     """Return how far ahead the strides begin that the ground is drawn for, [m]."""
-    return 2 * gait.step_length * np.arange(-_STRIDES_OF_GROUND, _STRIDES_OF_GROUND + 1.0)
+    return 2 * gait.cycle.length * np.arange(-_STRIDES_OF_GROUND, _STRIDES_OF_GROUND + 1.0)
 
 
 def _tiles(edge: float, repeats: Iterable[float]) -> list[FloatArray]:
@@ -218,9 +218,8 @@ def support_polygons(gait: Gait) -> Iterator[tuple[float, float, FloatArray]]:
         for start, end in pairwise(events):
             middle = (start + end) / 2 * gait.step_time
             corners = gait.plan.support_polygon(middle, _standing(gait, middle))
-            mirror = np.array([-1.0 if step % 2 else 1.0, 1.0])
-            ahead = np.array([0.0, step * gait.step_length])
-            yield (step - 1 + start) / 2, (step - 1 + end) / 2, mirror * corners + ahead
+            placed = gait.cycle.placed(np.insert(corners, 1, 0.0, axis=1), step)
+            yield (step - 1 + start) / 2, (step - 1 + end) / 2, placed[:, [0, 2]]
 
 
 def _standing(gait: Gait, time: float) -> tuple[int, ...]:

@@ -64,9 +64,7 @@ def adapted(gait: Gait, program: GaitProgram) -> FloatArray:
         phases = np.linspace(0.0, 1.0, _SAMPLES)
         q = gait.basis.matrix(phases * gait.step_time) @ gait.control_points
         q[:, _FORWARD] *= longer
-        points = program.basis.fit(
-            phases * program.basis.step_time, q, program.scenario.walk.step_length
-        )
+        points = program.basis.fit(phases * program.basis.step_time, q)
     return np.clip(points, *program.limits).ravel()
 
 

@@ -15,11 +15,12 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.links import Body
+from human_gait.body.person import Body
 from human_gait.body.skeleton import DOF_NAMES, N_DOF, SEGMENTS
 from human_gait.exceptions import ResultError, ScenarioError
 from human_gait.results.names import GAIT_FILE
 from human_gait.scenario import Scenario
+from human_gait.values import Value
 from human_gait.walk.bspline import DEGREE
 from human_gait.walk.gait import Gait, Samples
 
@@ -58,8 +59,8 @@ _UNREADABLE = (  # what numpy, zipfile, zlib and json raise at a damaged file
 )
 
 
-@dataclass(frozen=True)
-class Record:
+@dataclass(frozen=True, eq=False)
+class Record(Value):
     """A gait and what its file claims about it, nothing of which has to be true.
 
     Attributes
