@@ -61,7 +61,9 @@ def format_named(text: str) -> FormatName:
         raise typer.BadParameter(f"{text!r} is not one of {', '.join(FormatName)}{each}") from None
 
 
-ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="A scenario, TOML.")]
+ScenarioFile = Annotated[
+    Path, typer.Argument(metavar="SCENARIO", help="A file, TOML, or a name: normal.")
+]
 Engine = Annotated[
     DynamicsName, typer.Option(help="Dynamics: Pinocchio, or the paper's recursion (dh).")
 ]

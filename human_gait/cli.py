@@ -33,7 +33,7 @@ from human_gait.exits import BAD_INPUT, NO_SOLUTION, complain, exit_code
 from human_gait.results.folder import whole_file
 from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK
 from human_gait.results.streams import Outlet, outlet
-from human_gait.scenario import Subject, load_scenario
+from human_gait.scenario import Subject, load_scenario, scenario_file
 
 app = typer.Typer(
     help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
@@ -60,6 +60,37 @@ def options(
 
 
 @app.command()
+def init(
+    name: Annotated[str, typer.Argument(metavar="[NAME]", help="Its name, else walk.")] = "",
+    template: Annotated[
+        str, typer.Option("--from", metavar="SCENARIO", help="Begin with this one: backpack-20.")
+    ] = "",
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="File to write, else NAME.toml.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+) -> None:
+    """Write a new scenario that explains all of its settings."""
+    from human_gait.settings import write_scenario
+
+    typer.echo(f"wrote {write_scenario(name, out, template, force)}")
+
+
+@app.command()
+def settings(
+    key: Annotated[str, typer.Argument(metavar="[KEY]", help="A setting or a section.")] = "",
+    json_schema: Annotated[
+        bool, typer.Option("--json-schema", help="Print the JSON schema, for editors.")
+    ] = False,
+) -> None:
+    """List the settings of a scenario, or explain one: walk.speed, or all of a section: walk."""
+    from human_gait.settings import explanation, listing, schema_text
+
+    shown = explanation(key) if key else listing()
+    typer.echo(schema_text() if json_schema else shown, nl=not json_schema)
+
+
+@app.command()
 def predict(
     scenario: ScenarioFile,
     solver: Annotated[
@@ -78,7 +109,9 @@ def predict(
     ] = None,
 ) -> None:
     """Predict the walk of a scenario and write the result."""
-    task = load_scenario(scenario)
+    task, file = load_scenario(scenario), scenario_file(scenario)
+    if file != scenario:
+        typer.echo(f"scenario: {file}")
     if warm_from:
         if solver is SolverChoice.ALL:
             raise typer.BadParameter(
@@ -98,7 +131,7 @@ def predict(
             engine = dynamics.value
             found = predict_to_folder(task, solver.value, folder, engine, seed, warm_from)
     except ScenarioError as error:
-        raise error.found_in(str(scenario)) from None
+        raise error.found_in(str(file)) from None
     if not found:
         raise typer.Exit(NO_SOLUTION)
 

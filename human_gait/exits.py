@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import typer
 
-from human_gait.exceptions import GaitError, NoSolutionFound
+from human_gait.exceptions import GaitError, NoSolutionFound, ScenarioError
 
 NO_SOLUTION = 1
 BAD_INPUT = 2
@@ -31,6 +31,8 @@ def exit_code(command: Callable[[], int | None]) -> int:
         return complain(error, NO_SOLUTION)
     except typer.BadParameter as error:
         return complain(error.format_message().replace("Value error, ", ""), BAD_INPUT)
+    except ScenarioError as error:
+        return max(complain(each, BAD_INPUT) for each in error.errors)
     except (GaitError, typer.TyperException, OSError) as error:
         return complain(error, BAD_INPUT)
     except MemoryError:
