@@ -106,7 +106,7 @@ def muscles(gait: Gait, now: Samples, peak: float) -> Check:
 
 def next_step(gait: Gait, now: Samples, drake: DrakeEngine, peak: float) -> Check:
     """The mirror image of the step is a motion of the same body: the stride goes on, Eq. (26)."""
-    second = onward(now, np.ones(len(now.t), dtype=int), gait.step_length)
+    second = onward(now, np.ones(len(now.t), dtype=int), gait.cycle)
     torques = drake.torques((second.q, second.v, second.a), loads_of(gait, second))
     return _torques(NEXT_STEP, second, torques, peak)
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import DOF_NAMES, index, mirror
+from human_gait.body.limits import joint_limits
+from human_gait.body.skeleton import index
 from human_gait.checks.check import BETWEEN, EQUAL, Check, Claim, Kind
 from human_gait.checks.engines import Mechanics
-from human_gait.problem.constraints import joint_limits
 from human_gait.walk.contact_plan import HEEL, LEFT, RIGHT, TOE, ContactPlan
 from human_gait.walk.gait import Gait, Samples, onward
 from human_gait.walk.gait_file import Record
@@ -72,7 +72,7 @@ def slip(gait: Gait, now: Samples) -> Check:
 
     The left foot stands through this step and, trailing, through the double support of the next.
     """
-    second = onward(now, np.ones(len(now.t), dtype=int), gait.step_length)
+    second = onward(now, np.ones(len(now.t), dtype=int), gait.cycle)
     points = np.concatenate([now.points[:, LEFT], second.points[:, LEFT]])
     leading, trailing = gait.plan.contact(now.t).swapaxes(0, 1)[::-1]
     standing = np.concatenate([leading, trailing])
@@ -95,7 +95,7 @@ def walk_checks(gait: Gait, now: Samples) -> list[Check]:
 
 def within_limits(gait: Gait, now: Samples) -> list[Check]:
     """Joint angles stay within their limits, and the pelvis aside and in height, Eq. (19)."""
-    lower, upper = joint_limits(gait.scenario, DOF_NAMES)
+    lower, upper = joint_limits(gait.scenario)
     outside = np.maximum(np.maximum(lower - now.q, now.q - upper), 0.0)
     return [
         JOINTS.worst(EQUAL, np.rad2deg(outside[:, 3:]), now.t),
@@ -135,10 +135,9 @@ def periodicity(gait: Gait, now: Samples) -> list[Check]:
 
     With the next step the mirror image, what is left at 2T is what was left at T, mirrored.
     """
-    forward = np.zeros(len(DOF_NAMES))
-    forward[index("pelvis_tz")] = gait.step_length
-    posture = np.abs(now.q[-1] - mirror(now.q[0]) - forward).max()
-    velocity = np.abs(now.v[-1] - mirror(now.v[0])).max()
+    cycle = gait.cycle
+    posture = np.abs(now.q[-1] - cycle.turned(now.q[0]) - cycle.advance).max()
+    velocity = np.abs(now.v[-1] - cycle.turned(now.v[0])).max()
     T = gait.step_time
     return [
         POSTURE.found(float(posture), 1e-6, T),

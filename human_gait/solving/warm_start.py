@@ -11,10 +11,10 @@ from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import N_DOF, index
 from human_gait.problem.constraints import LIMITS, SYMMETRY
 from human_gait.problem.program import GaitProgram
+from human_gait.results.names import MULTIPLIERS
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import numbers, opened
 
-FILE = "multipliers.npz"
 _FORWARD = index("pelvis_tz")
 _SAMPLES = 100
 
@@ -26,7 +26,7 @@ def save_multipliers(multipliers: Mapping[str, FloatArray], folder: Path) -> Non
     none.
     """
     if multipliers:
-        np.savez_compressed(folder / FILE, **multipliers)  # type: ignore[arg-type]
+        np.savez_compressed(folder / MULTIPLIERS, **multipliers)  # type: ignore[arg-type]
 
 
 def load_multipliers(folder: Path) -> dict[str, FloatArray]:
@@ -37,7 +37,7 @@ def load_multipliers(folder: Path) -> dict[str, FloatArray]:
     ResultError
         If the file cannot be read or holds something else.
     """
-    path = folder / FILE
+    path = folder / MULTIPLIERS
     if not path.exists():
         return {}
     with opened(path, "multipliers") as file:
@@ -65,9 +65,7 @@ def adapted(gait: Gait, program: GaitProgram) -> FloatArray:
         phases = np.linspace(0.0, 1.0, _SAMPLES)
         q = gait.basis.matrix(phases * gait.step_time) @ gait.control_points
         q[:, _FORWARD] *= longer
-        points = program.basis.fit(
-            phases * program.basis.step_time, q, program.scenario.walk.step_length
-        )
+        points = program.basis.fit(phases * program.basis.step_time, q)
     return np.clip(points, *program.limits).ravel()
 
 
