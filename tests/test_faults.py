@@ -509,13 +509,13 @@ from itertools import islice
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
 from human_gait import cli, prediction
 from human_gait.solving import starts as ladder
-from human_gait.solving import solver
+from human_gait.solving import drake_solvers, solver
 ladder.own_starts = lambda *given, rungs=ladder.own_starts: islice(rungs(*given), 1)
 def wait(*_, **__):
     print("here", flush=True)
     time.sleep(60)
 {place}.{name} = wait
-for options in (solver._OPTIONS, solver._POSTURE_OPTIONS):
+for options in (drake_solvers.OPTIONS, solver.POSTURE_OPTIONS):
     options["newton"]["most_iterations"] = 1
 cli.main()
 """
