@@ -42,6 +42,7 @@ def _by_name(found: Sequence[Sequence[Finding]]) -> dict[str, list[Finding | Non
 
 
 def _about(name: str, ones: Sequence[Finding | None]) -> tuple[Cell, ...]:
+    """Return name, equation and unit; results of older versions have no equation of a check."""
     known = [one for one in ones if one]
     equation = next((one.equation for one in known if one.equation), "")
     return Cell(name), Cell(equation), Cell(known[0].unit)
