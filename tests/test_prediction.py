@@ -13,16 +13,16 @@ from walking import guessed_gait
 from walks import BACKPACK, scenario
 
 from human_gait import prediction as room
-from human_gait.checks.verification import Check
+from human_gait.checks.check import Check
 from human_gait.exceptions import NoSolutionFound, ResultError, ScenarioError
 from human_gait.prediction import (
-    predict,
     predict_by_all_solvers,
     predict_to_folder,
     refine_to_folder,
     verify_folder,
 )
-from human_gait.problem.program import Violation, refined_program
+from human_gait.problem.program import refined_program
+from human_gait.problem.violation import Violation
 from human_gait.results.names import EXPORTED, MULTIPLIERS
 from human_gait.solving import solver as solver_room
 from human_gait.solving import starts as ladder_room
@@ -31,6 +31,7 @@ from human_gait.solving.starts import OWN_GUESS, WARM
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
 from human_gait.walk.gait_cycle import load_gait_cycle
 from human_gait.walk.gait_file import load_gait, save_gait
+from human_gait.walks import predict
 
 RUNGS = ladder_room.own_starts
 TASK = scenario(control_points=6, load=BACKPACK)

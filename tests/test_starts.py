@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 from walks import BACKPACK, scenario
 
+from human_gait.checks.check import Check, Kind
+from human_gait.problem.balance_rows import SLIDING_FRICTION, TURNING_FRICTION
 from human_gait.problem.program import build_program
 from human_gait.solving import starts as room
-from human_gait.solving.solver import FEASIBLE, POSTURE, SOLVERS, Solution
+from human_gait.solving.drake_solvers import SOLVERS
+from human_gait.solving.solver import POSTURE, Solution
 from human_gait.solving.starts import (
     GIVEN,
     OWN_GUESS,
@@ -20,6 +23,7 @@ from human_gait.solving.starts import (
     disturbed,
     on_the_way,
 )
+from human_gait.solving.watch import FEASIBLE
 
 TASK = scenario(control_points=6, load=BACKPACK)
 PROGRAM = build_program(TASK)
@@ -58,8 +62,8 @@ class Solves:
     @staticmethod
     def verify(gait):
         answer = gait.solution["answer"]
-        name = room.FRICTION[1] if answer == "slips" else "a claim"
-        check = room.Check(name, "m", 0.0, 1.0, 0.0)
+        kind = Kind.FRICTION if answer == "slips" else Kind.WALK
+        check = Check("a claim", "m", 0.0, 1.0, 0.0, kind)
         wrong = answer in ("rejected", "slips")
         return [dataclasses.replace(check, value=2.0) if wrong else check]
 
@@ -118,8 +122,8 @@ def test_a_walk_that_slips_is_taken_up_with_friction(solves):
     attempts = climb(PROGRAM)
     assert starts(attempts) == [OWN_GUESS, f"{OWN_GUESS}, held by friction"]
     assert [attempt.program.friction for attempt in attempts] == [False, True]
-    names = {constraint.name for constraint in attempts[1].program.constraints}
-    assert names >= {"sliding friction", "turning friction"}
+    demands = {constraint.demand for constraint in attempts[1].program.constraints}
+    assert demands >= {SLIDING_FRICTION, TURNING_FRICTION}
     assert attempts[1].success
 
 
@@ -132,7 +136,7 @@ def test_a_given_start_is_the_only_one(solves):
 
 def test_a_start_that_is_not_alone_comes_before_all_others(solves):
     """With its multipliers; what follows does not know of it."""
-    start, multipliers = PROGRAM.guess(), {"contact position": np.ones(3)}
+    start, multipliers = PROGRAM.guess(), {"any": np.ones(3)}
     given = Start(WARM, start, multipliers, alone=False)
     attempts = climb(PROGRAM, "newton", given)
     assert starts(attempts) == [WARM, *starts(climb(PROGRAM, "newton"))]
@@ -273,7 +277,7 @@ def test_every_kind_of_start_can_lead_to_a_walk(solver):
     there = room.continued(program, solver)
     assert there.converged
     assert there.gait.scenario == task
-    assert there.evaluations > program.evaluations  # those on the way are counted
+    assert there.evaluations > program.functions.evaluations  # those on the way are counted
     noise = disturbed(program, np.random.default_rng(2))
     from_noise = room.solve(program, solver, guess=noise)
     assert from_noise.converged
