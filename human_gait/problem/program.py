@@ -88,6 +88,8 @@ class GaitProgram:
     basis : Basis
     times : (K,) array, [s]
         The grid of instants. T itself is left out where it is the mirror image of 0.
+    own_costs, own_constraints : tuple of RunningCost or Term, and of PathConstraint
+        What was added to the scenario's.
     terms : list of Term
         Of the objective.
     constraints : list of Constraint
@@ -119,6 +121,7 @@ class GaitProgram:
         self.symmetry = _symmetry_rows(scenario, basis)
         self._guess = self.guess()
         self._at_guess = self.functions.evaluated(self._guess)
+        self.own_costs, self.own_constraints = tuple(costs), tuple(constraints)
         self.terms = objective(scenario) + [_term(cost) for cost in costs]
         self.constraints = paper_constraints(scenario, plan, self.times)
         self.constraints += [own.constraint(self._at_guess) for own in constraints]
@@ -140,6 +143,11 @@ class GaitProgram:
         """Number of rows of all constraints."""
         rows = sum(len(constraint.lower) for constraint in self.constraints)
         return rows + len(self.symmetry[1])
+
+    def for_scenario(self, scenario: Scenario) -> GaitProgram:
+        """Return the problem of another scenario, with the same own costs and constraints."""
+        own = self.own_costs, self.own_constraints
+        return GaitProgram(scenario, None, self.dynamics, *own)
 
     def with_friction(self) -> GaitProgram:
         """Return the same problem on a floor that holds by friction alone.
