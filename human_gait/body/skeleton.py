@@ -22,7 +22,7 @@ GRAVITY = 9.81
 SIDES = ("r", "l")
 """How names of one side of the body end, right first: by number of the foot."""
 
-SIDE_NAMES = ("right", "left")
+SIDES_IN_WORDS = ("right", "left")
 """The same for people to read."""
 
 _PELVIS = {  # axes of the world: x left, y up, z forward
@@ -81,7 +81,7 @@ def in_words(name: str) -> str:
     if name.startswith("pelvis_"):
         return f"pelvis {_PELVIS[name.removeprefix('pelvis_')]}"
     stem, _, side = name.rpartition("_")
-    sides = dict(zip(SIDES, SIDE_NAMES, strict=True))
+    sides = dict(zip(SIDES, SIDES_IN_WORDS, strict=True))
     words = (f"{sides[side]} {stem}" if side in sides else name).replace("_", " ")
     return words.replace("spine", "spine ").replace(" lateral", " lateral bending")
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from human_gait.arrays import FloatArray, IntArray
-from human_gait.body.skeleton import N_DOF, SIDE_NAMES
+from human_gait.body.skeleton import N_DOF, SIDES_IN_WORDS
 from human_gait.dynamics.jet import Jet
 from human_gait.problem.residual import (
     Constraint,
@@ -80,7 +80,7 @@ def zmp_stability(plan: ContactPlan, times: FloatArray) -> Constraint:
     k = np.concatenate([np.repeat(k, 2) for _, k in feet for _ in range(2)])
     edges = [[("outer", "rear"), ("inner", "front")], [("inner", "rear"), ("outer", "front")]]
     words = [
-        f"{SIDE_NAMES[f]} foot, {edge} edge"
+        f"{SIDES_IN_WORDS[f]} foot, {edge} edge"
         for f, k in feet
         for two in edges[f]
         for _ in k
@@ -136,7 +136,7 @@ def sliding_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
         return [mu * F[:, 1] - _length(F[:, 0], F[:, 2]) for F in forces]
 
     k = np.concatenate([k for _, k in feet])
-    what = np.array([f"{SIDE_NAMES[f]} foot, horizontal force" for f, k in feet for _ in k])
+    what = np.array([f"{SIDES_IN_WORDS[f]} foot, horizontal force" for f, k in feet for _ in k])
     return _of_wrench(SLIDING_FRICTION, "body weight", 0.0, k, what, rows)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from human_gait.arrays import BoolArray, FloatArray, IntArray
-from human_gait.body.skeleton import SIDE_NAMES
+from human_gait.body.skeleton import SIDES_IN_WORDS
 from human_gait.dynamics.inverse_dynamics import CHAINS
 from human_gait.problem.residual import Constraint, Demand, Residual, Tolerance, Words
 from human_gait.scenario import Scenario
@@ -202,7 +202,7 @@ class _Points:
         """Return what the rows are about, an axis each."""
         pairs = zip(self.f, self.p, strict=True)
         return np.array(
-            [f"{SIDE_NAMES[i]} {_POINTS[j]}, {axis}" for i, j in pairs for axis in axes], str
+            [f"{SIDES_IN_WORDS[i]} {_POINTS[j]}, {axis}" for i, j in pairs for axis in axes], str
         )
 
 
