@@ -1,7 +1,8 @@
 """The command ``human-gait``: predict, verify, explain, play, plot, compare, report, export ...
 
 Exit codes: 0 done, 1 no solution found, no walk or the solve interrupted (its best gait is kept), 2
-bad input or a result that cannot be written, 130 interrupted elsewhere. An error is one line.
+bad input or a result that cannot be written, 130 interrupted elsewhere. An error is one line; of a
+scenario, each has one.
 Solvers, plots and viewers are imported by the command that needs them: ``--help`` stays quick.
 """
 
@@ -27,6 +28,7 @@ NO_SOLUTION = 1
 BAD_INPUT = 2
 INTERRUPTED = 130
 LONGEST_MESSAGE = 500
+MOST_ERRORS = 20
 
 app = typer.Typer(
     help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
@@ -439,7 +441,7 @@ def run(arguments: Sequence[str]) -> int:
     except typer.BadParameter as error:
         return complain(error.format_message().replace("Value error, ", ""), BAD_INPUT)
     except ScenarioError as error:
-        return max(complain(each, BAD_INPUT) for each in error.errors)
+        return complain_of_each(error.errors)
     except (GaitError, typer.TyperException, OSError) as error:
         return complain(error, BAD_INPUT)
     except MemoryError:
@@ -454,6 +456,15 @@ def complain(message: object, exit_code: int) -> int:
         printable = printable[: LONGEST_MESSAGE - 3] + "..."
     typer.echo(f"error: {printable}", err=True)
     return exit_code
+
+
+def complain_of_each(errors: Sequence[ScenarioError]) -> int:
+    """Print what is wrong with a scenario, a line each, and return the exit code."""
+    for error in errors[:MOST_ERRORS]:
+        complain(error, BAD_INPUT)
+    if errors[MOST_ERRORS:]:
+        complain(f"and {len(errors) - MOST_ERRORS} more", BAD_INPUT)
+    return BAD_INPUT
 
 
 def main() -> None:
