@@ -33,44 +33,80 @@ SHOWN_NAMES = 10  # the sections of a scenario, or the settings of any one secti
 
 
 def number(
+    meaning: str,
     unit: str,
     low: float,
     high: float,
     *,
     default: Any = REQUIRED,
+    default_words: str = "",
     source: str = "",
 ) -> Any:
     """Declare a number, a whole number or a vector of numbers.
 
     Parameters
     ----------
+    meaning : str
+        What it does, in one line of plain words.
     unit : str
         Unit as shown to the user, ``""`` for a pure number.
     low, high : float
         Allowed range of every component, ends included.
     default : float or tuple, optional
         Value when the setting is left out; without it the setting is required.
+    default_words : str, optional
+        What the default follows from where it depends on other settings.
     source : str, optional
         Where the default or the range comes from.
     """
-    metadata = {"unit": unit, "range": (low, high), "source": source}
+    metadata: dict[str, Any] = {
+        "meaning": meaning,
+        "unit": unit,
+        "range": (low, high),
+        "source": source,
+    }
+    metadata["default_words"] = default_words
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def choice(*choices: str, default: Any = REQUIRED, source: str = "") -> Any:
+def choice(
+    meaning: str,
+    *choices: str,
+    default: Any = REQUIRED,
+    default_words: str = "",
+    source: str = "",
+) -> Any:
     """Declare a text setting that has to be one of `choices`."""
     pattern = "|".join(map(re.escape, choices))
-    metadata = {"choices": choices, "pattern": pattern, "source": source}
+    metadata: dict[str, Any] = {
+        "meaning": meaning,
+        "choices": choices,
+        "pattern": pattern,
+        "source": source,
+    }
+    metadata["default_words"] = default_words
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def text(pattern: str, meaning: str, *, default: Any = REQUIRED) -> Any:
-    """Declare a text setting that has to match the regular expression `pattern`."""
-    return dataclasses.field(default=default, metadata={"pattern": pattern, "meaning": meaning})
+def text(
+    meaning: str, pattern: str, allowed: str, default: Any = REQUIRED, default_words: str = ""
+) -> Any:
+    """Declare a text that has to match the regular expression `pattern`, `allowed` in words."""
+    metadata = {"meaning": meaning, "pattern": pattern, "allowed": allowed}
+    metadata["default_words"] = default_words
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def free(
+    meaning: str, allowed: str, key: str, *, default: Any = REQUIRED, default_words: str = ""
+) -> Any:
+    """Declare what a section reads in its own way, under keys for which `key` stands."""
+    metadata = {"meaning": meaning, "allowed": allowed, "key": key, "default_words": default_words}
+    return dataclasses.field(default=default, metadata=metadata)
 
 
 @dataclass_transform(
-    frozen_default=True, field_specifiers=(number, choice, text, dataclasses.field)
+    frozen_default=True, field_specifiers=(number, choice, text, free, dataclasses.field)
 )
 def section(cls: type[S]) -> type[S]:
     """Make a frozen dataclass whose fields are declared by `number`, `choice` and `text`."""
@@ -188,7 +224,7 @@ def allowed_values(kind: Any, rule: Mapping[str, Any]) -> str:
     if "choices" in rule:
         return "one of " + ", ".join(rule["choices"])
     if kind is str:
-        return str(rule["meaning"])
+        return str(rule["allowed"])
     low, high = rule["range"]
     limits = f"from {low:g} to {high:g} {rule['unit']}".rstrip()
     if get_origin(kind) is tuple:
