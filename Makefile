@@ -102,7 +102,8 @@ check: $(TEST)
 	@$(MAKE) --no-print-directory test
 
 docs: $(DOCS)
-	@$(BIN)/mkdocs --quiet build --strict
+	@$(BIN)/python docs/architecture.py >/dev/null
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs --quiet build --strict
 	@echo "build/docs/index.html"
 
 pins: setup

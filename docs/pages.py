@@ -5,24 +5,20 @@ sections of a scenario, the reference from docstrings, the tutorial from its not
 pages for those who carry the project on from CONTRIBUTING.md and CHANGELOG.md.
 """
 
-import dataclasses
 import importlib
 import json
 import pkgutil
 import re
-from collections.abc import Iterator, Mapping
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import human_gait
-from human_gait.scenario import Scenario
-from human_gait.schema import REQUIRED
+from docs.architecture import layers
+from human_gait.settings.records import Setting, all_settings, sections
 
 ROOT = Path(__file__).resolve().parent.parent
-WINGS = (
-    "scenario", "body", "dynamics", "walk", "problem", "newton", "solving", "prediction",
-    "checks", "people", "pictures", "playback", "reporting", "export", "results", "exceptions",
-)  # fmt: skip
+WINGS = [name for row in layers() for name in row if name != "cli"]  # the README has the commands
 
 
 def on_files(files: Any, config: Any) -> Any:
@@ -35,7 +31,7 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_config(config: Any) -> Any:
-    """List the wings under `Reference`, in the order in which a walk passes through them."""
+    """List the wings under `Reference`, from top to bottom."""
     for entry in config.nav:
         if "Reference" in entry:
             entry["Reference"] = ["reference/index.md"] + [
@@ -107,48 +103,30 @@ def tutorial_page() -> str:
 
 
 def settings_page() -> str:
-    """Return a table for each section of a scenario: key, type, unit, range, default, source."""
-    head = (
+    """Return a table for each section of a scenario: key, meaning, unit, range, default, source."""
+    text = (
         "# Settings of a scenario\n\n"
         "A scenario is a TOML file; `scenarios/` has examples. Only `walk.speed` and\n"
         "`walk.step_length` have to be given. This page is made from the code that reads it.\n"
     )
-    return head + "".join(
-        section_table(item.name, kind)
-        for item, kind in _fields(Scenario)
-        if dataclasses.is_dataclass(kind)
-    )
-
-
-def section_table(name: str, section: type) -> str:
-    """Return heading, docstring and table of one section."""
-    left_out = section.with_defaults({})  # type: ignore[attr-defined]
-    rows = [_row(item, kind, left_out) for item, kind in _fields(section) if item.metadata]
-    text = f"\n## [{name}]\n\n{_plain(section.__doc__ or '')}\n"
-    if rows:
-        text += "\n| setting | unit | range | default | source |\n|---|---|---|---|---|\n"
-        text += "".join(f"| {' | '.join(row)} |\n" for row in rows)
+    documented = {name: kind.__doc__ or "" for name, kind in sections().items()}
+    for section, settings in groupby(all_settings(), lambda one: one.section):
+        if section:
+            text += f"\n## [{section}]\n\n{_plain(documented[section])}\n"
+        text += "\n| setting | what it does | unit | range | default | source |\n|---|---|---|---|---|---|\n"
+        text += "".join(f"| {' | '.join(_row(one))} |\n" for one in settings)
     return text
 
 
-def _fields(section: type) -> Iterator[tuple[dataclasses.Field[Any], Any]]:
-    kinds = section.kinds()  # type: ignore[attr-defined]
-    return ((item, kinds[item.name]) for item in dataclasses.fields(section))
-
-
-def _row(item: Any, kind: Any, left_out: Mapping[str, Any]) -> tuple[str, ...]:
-    rule = item.metadata
-    if "choices" in rule:
-        allowed = ", ".join(f'`"{choice}"`' for choice in rule["choices"])
-    elif "range" in rule:
-        allowed = "{:g} to {:g}".format(*rule["range"])
-    else:
-        allowed = rule["meaning"]
-    if kind is int:
-        allowed = f"whole, {allowed}"
-    default = left_out.get(item.name, item.default)
-    shown = "must be given" if default is REQUIRED else f"`{json.dumps(default)}`"
-    return (f"`{item.name}`", rule.get("unit", ""), allowed, shown, rule.get("source", ""))
+def _row(one: Setting) -> tuple[str, ...]:
+    allowed = one.allowed
+    if one.low is not None:
+        kind = "whole, " if one.whole else f"{one.count} numbers, " if one.count > 1 else ""
+        allowed = f"{kind}{one.low:g} to {one.high:g}"
+    elif one.choices:
+        allowed = ", ".join(f'`"{choice}"`' for choice in one.choices)
+    cells = (f"`{one.key}`", one.meaning, one.unit, allowed, one.default_words, one.source)
+    return tuple(cell.replace("|", "\\|") for cell in cells)
 
 
 def _plain(docstring: str) -> str:
