@@ -113,7 +113,8 @@ def settings_page() -> str:
     for section, settings in groupby(all_settings(), lambda one: one.section):
         if section:
             text += f"\n## [{section}]\n\n{_plain(documented[section])}\n"
-        text += "\n| setting | what it does | unit | range | default | source |\n|---|---|---|---|---|---|\n"
+        text += "\n| setting | what it does | unit | range | default | source |\n"
+        text += "|---" * 6 + "|\n"
         text += "".join(f"| {' | '.join(_row(one))} |\n" for one in settings)
     return text
 
@@ -145,10 +146,18 @@ def public_page() -> str:
         "These names are the package's face: they stay as they are from release to release. The\n"
         "pages beside this one go through the wings, whose names may change.\n"
     )
-    return text + "".join(
-        f"\n::: {path}\n    options:\n      heading: {name}\n"
-        for name, path in public_names().items()
-    )
+    groups: dict[str, str] = {"Functions": "", "Values": "", "Errors": ""}
+    for name, path in public_names().items():
+        options = f"      heading: {name}\n      heading_level: 3\n"
+        groups[_group(name)] += f"\n::: {path}\n    options:\n{options}"
+    return text + "".join(f"\n## {group}\n{entries}" for group, entries in groups.items())
+
+
+def _group(name: str) -> str:
+    value = getattr(human_gait, name)
+    if not isinstance(value, type):
+        return "Functions"
+    return "Errors" if issubclass(value, Exception) else "Values"
 
 
 def public_names() -> dict[str, str]:

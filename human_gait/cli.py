@@ -21,7 +21,7 @@ import typer
 from human_gait.exceptions import GaitError, NoSolutionFound, ResultError, ScenarioError
 from human_gait.output import Outlet, outlet
 from human_gait.results.folder import MARK, whole_file
-from human_gait.scenario import Subject, load_scenario
+from human_gait.scenario import Subject, load_scenario, scenario_file
 
 NO_SOLUTION = 1
 BAD_INPUT = 2
@@ -82,7 +82,9 @@ def format_named(text: str) -> FormatName:
         raise typer.BadParameter(f"{text!r} is not one of {', '.join(FormatName)}{each}") from None
 
 
-ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="A scenario, TOML.")]
+ScenarioFile = Annotated[
+    Path, typer.Argument(metavar="SCENARIO", help="A file, TOML, or a name: normal.")
+]
 Engine = Annotated[
     DynamicsName, typer.Option(help="Dynamics: Pinocchio, or the paper's recursion (dh).")
 ]
@@ -107,6 +109,37 @@ def options(
 
 
 @app.command()
+def init(
+    name: Annotated[str, typer.Argument(metavar="[NAME]", help="Its name, else walk.")] = "",
+    template: Annotated[
+        str, typer.Option("--from", metavar="SCENARIO", help="Begin with this one: backpack-20.")
+    ] = "",
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="File to write, else NAME.toml.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+) -> None:
+    """Write a new scenario that explains all of its settings."""
+    from human_gait.settings import write_scenario
+
+    typer.echo(f"wrote {write_scenario(name, out, template, force)}")
+
+
+@app.command()
+def settings(
+    key: Annotated[str, typer.Argument(metavar="[KEY]", help="A setting or a section.")] = "",
+    json_schema: Annotated[
+        bool, typer.Option("--json-schema", help="Print the JSON schema, for editors.")
+    ] = False,
+) -> None:
+    """List the settings of a scenario, or explain one: walk.speed, or all of a section: walk."""
+    from human_gait.settings import explanation, listing, schema_text
+
+    shown = explanation(key) if key else listing()
+    typer.echo(schema_text() if json_schema else shown, nl=not json_schema)
+
+
+@app.command()
 def predict(
     scenario: ScenarioFile,
     solver: Annotated[
@@ -125,7 +158,9 @@ def predict(
     ] = None,
 ) -> None:
     """Predict the walk of a scenario and write the result."""
-    task = load_scenario(scenario)
+    task, file = load_scenario(scenario), scenario_file(scenario)
+    if file != scenario:
+        typer.echo(f"scenario: {file}")
     if warm_from:
         if solver is SolverChoice.ALL:
             raise typer.BadParameter(
@@ -145,7 +180,7 @@ def predict(
             engine = dynamics.value
             found = predict_to_folder(task, solver.value, folder, engine, seed, warm_from)
     except ScenarioError as error:
-        raise error.found_in(str(scenario)) from None
+        raise error.found_in(str(file)) from None
     if not found:
         raise typer.Exit(NO_SOLUTION)
 
@@ -403,6 +438,8 @@ def run(arguments: Sequence[str]) -> int:
         return complain(error, NO_SOLUTION)
     except typer.BadParameter as error:
         return complain(error.format_message().replace("Value error, ", ""), BAD_INPUT)
+    except ScenarioError as error:
+        return max(complain(each, BAD_INPUT) for each in error.errors)
     except (GaitError, typer.TyperException, OSError) as error:
         return complain(error, BAD_INPUT)
     except MemoryError:

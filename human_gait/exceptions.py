@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,21 +28,44 @@ class ScenarioError(GaitError):
         The value found; left out of the message when it is None.
     source : str, optional
         The file that holds the value.
+    others : tuple of ScenarioError, optional
+        What else is wrong in the same scenario.
     """
 
     key: str
     allowed: str
     value: object = None
     source: str = ""
+    others: tuple[ScenarioError, ...] = ()
+
+    @classmethod
+    def of(cls, errors: Sequence[ScenarioError]) -> ScenarioError:
+        """Return one error that stands for several, the first of them ahead."""
+        first, *others = [each for error in errors for each in error.errors]
+        return cls(first.key, first.allowed, first.value, first.source, tuple(others))
+
+    @property
+    def errors(self) -> tuple[ScenarioError, ...]:
+        """Everything that is wrong, one error each."""
+        first = ScenarioError(self.key, self.allowed, self.value, self.source)
+        return (first, *self.others)
 
     def __str__(self) -> str:
-        """Return ``source: key = value: allowed`` without the parts that are empty."""
+        """Return ``source: key = value: allowed`` of each error, one line each."""
+        return "\n".join(error.line for error in self.errors)
+
+    @property
+    def line(self) -> str:
+        """``source: key = value: allowed`` without the parts that are empty."""
         setting = self.key if self.value is None else f"{self.key} = {shown(self.value)}"
         return ": ".join(part for part in (self.source, setting, self.allowed) if part)
 
     def found_in(self, source: str) -> ScenarioError:
         """Return the same error with the name of the file that holds the value."""
-        return ScenarioError(self.key, self.allowed, self.value, source)
+        each = [
+            ScenarioError(error.key, error.allowed, error.value, source) for error in self.errors
+        ]
+        return ScenarioError.of(each)
 
 
 class ModelError(GaitError):

@@ -110,7 +110,7 @@ def assert_one_line(capsys, *parts):
 
 
 BAD_FILES = {
-    "unknown key": ("[walk]\nspead = 1\n", "did you mean speed?"),
+    "unknown key": ("[walk]\nspead = 1\nstep_length = 0.7\n", "did you mean speed?"),
     "wrong type": ('[walk]\nspeed = "fast"\nstep_length = 0.7\n', "walk.speed"),
     "negative mass": (WALK + "[subject]\nmass = -1\n", "subject.mass = -1"),
     "beyond leg reach": ("[walk]\nspeed = 1.2\nstep_length = 1.5\n", "walk.step_length"),

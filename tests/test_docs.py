@@ -188,6 +188,9 @@ def test_the_reference_has_every_public_name_and_every_wing():
     public = pages.public_names()
     for name, path in public.items():
         assert f"\n::: {path}\n    options:\n      heading: {name}\n" in made["reference/index.md"]
+    words = made["reference/index.md"].split()
+    assert words.index("Errors") < words.index(public["ScenarioError"])
+    assert words.index("Functions") < words.index(public["predict"]) < words.index("Values")
     missing = set(human_gait.__all__) - set(public)
     assert all(isinstance(getattr(human_gait, name), str) for name in missing)
     assert {f"reference/{wing}.md" for row in architecture.layers() for wing in row} - set(

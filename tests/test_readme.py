@@ -51,7 +51,13 @@ STANDS_FOR = {
     "RESULTS_DIR": "out",
     "SCENARIO": "coarse.toml",
 }
-OWN = {"--seed": "1", "--solver": "newton", "--dynamics": "dh", "--out": "new/out"}  # of an option
+OWN = {
+    "--from": "normal",
+    "--seed": "1",
+    "--solver": "newton",
+    "--dynamics": "dh",
+    "--out": "new/out",
+}  # of an option
 
 
 def parts(synopsis):

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from human_gait.exceptions import ScenarioError
 from human_gait.scenario import Limits, Load, Phases, Scenario, Subject, Walk, load_scenario
-from human_gait.schema import Section
+from human_gait.scenario.schema import Section
 
 ROOT = Path(__file__).resolve().parent.parent
 WALK = "[walk]\nspeed = 1.2\nstep_length = 0.7\n"

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 from dataclasses import MISSING, dataclass
 from typing import Any, get_args, get_origin
 
 from human_gait.scenario import Scenario
-from human_gait.schema import Section, allowed_values
+from human_gait.scenario.schema import Section, default_of
+from human_gait.scenario.values import allowed_values
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,8 @@ class Setting:
         How many numbers: 1, or 3 for a vector.
     whole : bool
         Whether only whole numbers are allowed.
+    pattern : str
+        Regular expression that a text has to match.
     """
 
     section: str
@@ -56,6 +58,7 @@ class Setting:
     source: str = ""
     count: int = 1
     whole: bool = False
+    pattern: str = ""
 
     @property
     def dotted(self) -> str:
@@ -70,30 +73,25 @@ class Setting:
 
 def all_settings() -> Iterator[Setting]:
     """Yield every setting, in the order of the sections."""
-    for name, kind in Scenario.kinds().items():
-        if isinstance(kind, type) and issubclass(kind, Section):
-            yield from (_record(kind, name, key) for key in kind.kinds())
+    sections = Scenario.sections()
+    for name in Scenario.kinds():
+        if name in sections:
+            yield from (_record(sections[name], name, key) for key in sections[name].kinds())
         else:
             yield _record(Scenario, "", name)
 
 
-def sections() -> dict[str, type[Section]]:
-    """Return the class of every section by its name."""
-    kinds = Scenario.kinds().items()
-    return {name: kind for name, kind in kinds if issubclass(kind, Section)}
-
-
 def _record(owner: type[Section], section: str, key: str) -> Setting:
-    kind, rule = owner.kinds()[key], owner.rule(key)
+    kind, rule, default = owner.kinds()[key], owner.rule(key), default_of(owner, key)
     low, high = rule.get("range", (None, None))
-    default = _default(owner, key)
+    given = None if default is MISSING else default
     return Setting(
         section,
         rule.get("key", key),
         rule["meaning"],
-        rule.get("allowed") or allowed_values(kind, rule),
-        default,
-        rule.get("default_words") or ("required" if default is None else as_text(default)),
+        allowed_values(kind, rule),
+        given,
+        rule.get("default_words") or ("required" if given is None else as_text(given)),
         rule.get("unit", ""),
         low,
         high,
@@ -101,12 +99,8 @@ def _record(owner: type[Section], section: str, key: str) -> Setting:
         rule.get("source", ""),
         len(get_args(kind)) if get_origin(kind) is tuple and "range" in rule else 1,
         kind is int,
+        rule.get("pattern", ""),
     )
-
-
-def _default(owner: type[Section], key: str) -> Any:
-    found = next(field.default for field in dataclasses.fields(owner) if field.name == key)
-    return None if found is MISSING else found
 
 
 def as_text(value: Any) -> str:

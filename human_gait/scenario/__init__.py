@@ -1,0 +1,31 @@
+"""Scenario: who walks, how fast, with what load, and how finely the motion is resolved."""
+
+from human_gait.scenario.files import (
+    load_scenario,
+    scenario_file,
+    shipped_scenarios,
+)
+from human_gait.scenario.limits import DofRange, Limits
+from human_gait.scenario.person import Load, Subject
+from human_gait.scenario.problem import Discretisation, Ground, Objective, Posture, Tolerances
+from human_gait.scenario.step import Phases, Walk
+from human_gait.scenario.whole import STEP_HALF_ANGLE_DEG, Scenario
+
+__all__ = [
+    "STEP_HALF_ANGLE_DEG",
+    "Discretisation",
+    "DofRange",
+    "Ground",
+    "Limits",
+    "Load",
+    "Objective",
+    "Phases",
+    "Posture",
+    "Scenario",
+    "Subject",
+    "Tolerances",
+    "Walk",
+    "load_scenario",
+    "scenario_file",
+    "shipped_scenarios",
+]

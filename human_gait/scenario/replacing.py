@@ -1,0 +1,75 @@
+"""Some settings of a scenario changed, under the names that a person would use for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from human_gait.exceptions import ScenarioError
+from human_gait.scenario.schema import Section, gathered, nearest, refuse, unknown
+
+
+def changed_table(whole: Section, changes: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    """Return a scenario as a table in which some settings are changed.
+
+    Parameters
+    ----------
+    whole : Section
+        The scenario.
+    changes : pairs of str and value
+        Settings by their dotted key, by their own name where only one section has it, or sections.
+
+    Raises
+    ------
+    ScenarioError
+        If a key is unknown, could mean several settings or is given twice.
+    """
+    table, errors = whole.to_table(), list[ScenarioError]()
+    found: dict[str, Any] = {}
+    for name, value in changes:
+        with gathered(errors):
+            key = full_key(type(whole), str(name))
+            if key in found:
+                raise ScenarioError(key, "is given twice")
+            found[key] = value
+    refuse(errors)
+    for key in sorted(found, key=lambda key: "." in key):  # sections first: keys change them
+        _put(table, key, found[key])
+    return table
+
+
+def _put(table: dict[str, Any], key: str, value: Any) -> None:
+    """Set one value of a table of tables; what is no table there stays, to be refused later."""
+    name, dot, setting = key.partition(".")
+    inside = table[name].to_table() if isinstance(table[name], Section) else table[name]
+    if not dot:
+        table[name] = value
+    elif isinstance(inside, Mapping):
+        table[name] = {**inside, setting: value}
+
+
+def full_key(whole: type[Section], name: str) -> str:
+    """Return the dotted key that a name stands for.
+
+    Raises
+    ------
+    ScenarioError
+        If it stands for none, with the nearest, or for several, with all of them.
+    """
+    sections = whole.sections()
+    if name in whole.kinds() or name.partition(".")[0] in sections:
+        return name
+    dotted = whole.inner_keys()
+    meant = [key for key in dotted if key.partition(".")[2] == name]
+    if len(meant) == 1:
+        return meant[0]
+    if meant:
+        raise ScenarioError(name, f"could be several settings: say {' or '.join(meant)}")
+    bare = {key.partition(".")[2]: key for key in dotted}
+    near = nearest(name, [*whole.kinds(), *bare])
+    full = bare.get(near[0]) if near else None
+    raise (
+        ScenarioError(name, f"unknown setting, did you mean {full}?")
+        if full
+        else unknown(name, name, [*whole.kinds(), *dotted], "setting")
+    )

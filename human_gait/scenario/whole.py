@@ -1,0 +1,113 @@
+"""Everything that defines one prediction, checked as a whole."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import field
+from typing import Any, ClassVar, Self
+
+import tomli_w
+
+from human_gait.exceptions import ScenarioError
+from human_gait.scenario.declarations import text
+from human_gait.scenario.limits import Limits
+from human_gait.scenario.person import Load, Subject
+from human_gait.scenario.problem import Discretisation, Ground, Objective, Posture, Tolerances
+from human_gait.scenario.replacing import changed_table
+from human_gait.scenario.schema import Section, section
+from human_gait.scenario.step import Phases, Walk
+
+STEP_HALF_ANGLE_DEG = 35.0  # hip extension limit 30 deg + rising onto the toes, pelvis rotation
+UNNAMED = "scenario"
+"""Name of a scenario that was given none."""
+
+
+@section
+class Scenario(Section):
+    """Everything that defines one prediction.
+
+    Sections can be given as plain tables: ``Scenario("slow", {"speed": 0.8, "step_length": 0.5})``.
+
+    Raises
+    ------
+    ScenarioError
+        With everything that is wrong.
+    """
+
+    root: ClassVar[bool] = True
+
+    name: str = text(
+        "what the result is called",
+        r"\w[\w .+-]*",
+        "a name of letters, digits, '_', '-', '.' and blanks",
+        default_words="the name of the file",
+    )
+    walk: Walk
+    subject: Subject = field(default_factory=Subject.default)
+    phases: Phases = field(default_factory=Phases)
+    load: Load = field(default_factory=Load)
+    discretisation: Discretisation = field(default_factory=Discretisation)
+    tolerances: Tolerances = field(default_factory=Tolerances)
+    ground: Ground = field(default_factory=Ground)
+    objective: Objective = field(default_factory=Objective)
+    posture: Posture = field(default_factory=Posture)
+    limits: Limits = field(default_factory=Limits)
+
+    @classmethod
+    def conflicts(cls, values: Mapping[str, Any]) -> Iterator[ScenarioError]:
+        """Yield what does not fit together across sections."""
+        if {"subject", "walk"} <= values.keys():
+            yield from _out_of_reach(values["subject"], values["walk"])
+        load = values.get("load")
+        if load and load.mass > 0.0 and load.position[0] != 0.0:
+            rule = "must be in the middle (x = 0): left and right steps are mirror images"
+            yield ScenarioError("load.position", rule, list(load.position))
+
+    @classmethod
+    def with_defaults(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return `table` with a name."""
+        return {"name": UNNAMED, **table}
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any]) -> Scenario:
+        """Make a scenario from plain tables; inverse of `to_dict`."""
+        return cls.from_table(table)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the scenario as plain tables, lists, numbers and text."""
+        return self.to_table()
+
+    def to_toml(self) -> str:
+        """Return the scenario as the text of a file that loads back equal, defaults included."""
+        return tomli_w.dumps(self.to_table())
+
+    def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Self:
+        """Return the scenario with some settings changed, all others as they are.
+
+        Parameters
+        ----------
+        changes, **more
+            Settings by their dotted key (``{"walk.speed": 1.0}``), by their own name where only
+            one section has it (``speed=1.0``), or whole sections (``walk=Walk(1.0, 0.5)``).
+
+        Raises
+        ------
+        ScenarioError
+            If a key is unknown or could mean several settings, or the result is not allowed.
+        """
+        given = [*(changes or {}).items(), *more.items()]
+        return self.from_table(changed_table(self, given))
+
+
+def _out_of_reach(subject: Subject, walk: Walk) -> Iterator[ScenarioError]:
+    """Yield an error for a step that the legs cannot span.
+
+    Both legs straight at the angle s from the vertical span 2 l sin(s), l the leg length.
+    """
+    leg = subject.leg_length
+    longest = 2.0 * leg * math.sin(math.radians(STEP_HALF_ANGLE_DEG))
+    if walk.step_length > longest:
+        rule = f"2 x {leg:.3f} m x sin({STEP_HALF_ANGLE_DEG:g} deg)"
+        allowed = f"must be at most {longest:.2f} m, the reach of legs of {leg:.2f} m: {rule}"
+        yield ScenarioError("walk.step_length", allowed, walk.step_length)
