@@ -15,9 +15,11 @@ from typing import Any
 
 import human_gait
 from docs.architecture import layers
-from human_gait.settings.records import Setting, all_settings, sections
+from human_gait.scenario import Scenario
+from human_gait.settings import Setting, all_settings
 
 ROOT = Path(__file__).resolve().parent.parent
+EMPTY = re.compile(r'\s\N{EN DASH}\s*<div class="doc-md-description">\s*</div>')
 WINGS = [name for row in layers() for name in row if name != "cli"]  # the README has the commands
 
 
@@ -44,6 +46,22 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
     """Lead links out of docs/ to the pages that stand for their targets."""
     del page, config, files
     return markdown.replace("](tutorial.ipynb)", "](tutorial.md)")
+
+
+def on_page_content(html: str, page: Any, config: Any, files: Any) -> str:
+    """Let long names in tables break, and leave out dashes with nothing behind them."""
+    del page, config, files
+    html = EMPTY.sub("", html)
+    return re.sub(r"<td.*?</td>", lambda cell: breakable(cell.group()), html, flags=re.DOTALL)
+
+
+def breakable(cell: str) -> str:
+    """Return a cell of a table whose long names may break after ``_``, ``.`` and ``::``."""
+
+    def broken(code: re.Match[str]) -> str:
+        return "<code>" + re.sub(r"(_|::|[.](?=[a-z]))", r"\1<wbr>", code.group(1)) + "</code>"
+
+    return re.sub(r"<code>([^<]{25,})</code>", broken, cell)
 
 
 def on_post_build(config: Any) -> None:
@@ -106,10 +124,13 @@ def settings_page() -> str:
     """Return a table for each section of a scenario: key, meaning, unit, range, default, source."""
     text = (
         "# Settings of a scenario\n\n"
-        "A scenario is a TOML file; `scenarios/` has examples. Only `walk.speed` and\n"
-        "`walk.step_length` have to be given. This page is made from the code that reads it.\n"
+        "A scenario is a TOML file. `human-gait init` writes one in which every setting is\n"
+        "explained, `human-gait settings KEY` explains one. Only `walk.speed` and\n"
+        "`walk.step_length` have to be given. Numbers are in the unit of the table; a text may\n"
+        'have another one (`"40 lb"`, `"5 ft 9 in"`, `"4 km/h"`). This page is made from the\n'
+        "code that reads a scenario.\n"
     )
-    documented = {name: kind.__doc__ or "" for name, kind in sections().items()}
+    documented = {name: kind.__doc__ or "" for name, kind in Scenario.sections().items()}
     for section, settings in groupby(all_settings(), lambda one: one.section):
         if section:
             text += f"\n## [{section}]\n\n{_plain(documented[section])}\n"

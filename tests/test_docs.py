@@ -12,7 +12,7 @@ import pytest
 
 import human_gait
 from docs import architecture, pages
-from human_gait.settings.records import all_settings
+from human_gait.settings import all_settings
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
@@ -209,3 +209,10 @@ def test_the_reference_has_every_public_name_and_every_wing():
 def test_a_page_that_asks_a_server_is_refused(html):
     assert len(pages.foreign(html)) == 1
     assert pages.foreign('<a href="https://example.org">x</a><script src="x.js"></script>') == []
+
+
+def test_long_names_in_tables_may_break_and_others_not():
+    long = "<td><code>test_dh.py::test_frames_follow_the_tree</code> <code>a_b</code></td>"
+    found = pages.breakable(long)
+    assert "test_<wbr>dh.py::<wbr>test_<wbr>frames" in found.replace("dh.<wbr>py", "dh.py")
+    assert "<code>a_b</code>" in found
