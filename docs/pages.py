@@ -144,7 +144,7 @@ def _row(one: Setting) -> tuple[str, ...]:
     allowed = one.allowed
     if one.low is not None:
         kind = "whole, " if one.whole else f"{one.count} numbers, " if one.count > 1 else ""
-        allowed = f"{kind}{one.low:g} to {one.high:g}"
+        allowed = f"{kind}{one.low:g} to {one.high:g}".replace(" ", "\N{NO-BREAK SPACE}")
     elif one.choices:
         allowed = ", ".join(f'`"{choice}"`' for choice in one.choices)
     cells = (f"`{one.key}`", one.meaning, one.unit, allowed, one.default_words, one.source)

@@ -179,7 +179,7 @@ def test_the_page_of_settings_has_every_setting_with_what_it_allows():
         assert cells[1:3] == [one.meaning, one.unit]
         assert cells[4:] == [one.default_words, one.source]
         if one.low is not None:
-            assert f"{one.low:g} to {one.high:g}" in cells[3]
+            assert f"{one.low:g} to {one.high:g}" in cells[3].replace("\N{NO-BREAK SPACE}", " ")
 
 
 def test_the_reference_has_every_public_name_and_every_wing():
