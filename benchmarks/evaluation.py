@@ -38,8 +38,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from human_gait.body.links import make_body
-from human_gait.body.model import build_model
+from human_gait.body.person import make_body
 from human_gait.dynamics.inverse_dynamics import make_dynamics
 from human_gait.problem.lagrangian import Lagrangian
 from human_gait.problem.program import GaitProgram, build_program
@@ -215,7 +214,7 @@ class Evaluations:
         self._state = now.q, now.v, now.a
         body = make_body(scenario.subject, scenario.load)
         self._dynamics = make_dynamics(body, "pinocchio")
-        self.model = build_model(body)
+        self.model = body.pinocchio_model()
         self._data = self.model.createData()
         rows = len(self._lagrangian.problem().row_lower)
         self._multipliers = self._random.uniform(-1.0, 1.0, rows)

@@ -9,86 +9,37 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
 from collections.abc import Sequence
-from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from human_gait.exceptions import GaitError, NoSolutionFound, ResultError, ScenarioError
-from human_gait.output import Outlet, outlet
-from human_gait.results.folder import MARK, whole_file
+from human_gait.arguments import (
+    DynamicsName,
+    Engine,
+    FormatName,
+    ResultFolder,
+    ScenarioFile,
+    SolverChoice,
+    SolverName,
+    check_result,
+    check_writable,
+    format_named,
+)
+from human_gait.exceptions import GaitError, ScenarioError
+from human_gait.exits import BAD_INPUT, NO_SOLUTION, complain, exit_code
+from human_gait.results.folder import whole_file
+from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK
+from human_gait.results.streams import Outlet, outlet
 from human_gait.scenario import Subject, load_scenario, scenario_file
-
-NO_SOLUTION = 1
-BAD_INPUT = 2
-INTERRUPTED = 130
-LONGEST_MESSAGE = 500
 
 app = typer.Typer(
     help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-
-
-class SolverName(StrEnum):
-    """The solvers to choose from."""
-
-    NEWTON = "newton"
-    SNOPT = "snopt"
-    IPOPT = "ipopt"
-
-
-class SolverChoice(StrEnum):
-    """One solver, or all of them on the same problem."""
-
-    NEWTON = "newton"
-    SNOPT = "snopt"
-    IPOPT = "ipopt"
-    ALL = "all"
-
-
-class DynamicsName(StrEnum):
-    """What the dynamics is computed with."""
-
-    PINOCCHIO = "pinocchio"
-    DH = "dh"
-
-
-class FormatName(StrEnum):
-    """What a walk can be exported as."""
-
-    OSIM = "osim"
-    MOT = "mot"
-    GRF = "grf"
-    STO = "sto"
-    TRC = "trc"
-    C3D = "c3d"
-    BVH = "bvh"
-    CSV = "csv"
-    URDF = "urdf"
-
-
-def format_named(text: str) -> FormatName:
-    """Return the format of a name."""
-    try:
-        return FormatName(text)
-    except ValueError:
-        each = "; give --format once for each" if set(text) & set(", ") else ""
-        raise typer.BadParameter(f"{text!r} is not one of {', '.join(FormatName)}{each}") from None
-
-
-ScenarioFile = Annotated[
-    Path, typer.Argument(metavar="SCENARIO", help="A file, TOML, or a name: normal.")
-]
-Engine = Annotated[
-    DynamicsName, typer.Option(help="Dynamics: Pinocchio, or the paper's recursion (dh).")
-]
-ResultFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a result.")]
 
 
 def show_version(wanted: bool) -> None:
@@ -285,9 +236,9 @@ def plot(folder: ResultFolder) -> None:
 
     gait = load_gait(folder)
     save_plots(gait, folder)
-    with whole_file(folder / "playback.html") as path:
+    with whole_file(folder / PLAYBACK) as path:
         save_playback(gait, path)
-    typer.echo(f"wrote {len(PLOTS)} plots and playback.html to {folder}")
+    typer.echo(f"wrote {len(PLOTS)} plots and {PLAYBACK} to {folder}")
 
 
 @app.command()
@@ -296,10 +247,10 @@ def compare(folder: ResultFolder) -> None:
     check_result(folder)
     from rich.console import Console
 
-    from human_gait.people.comparison import FILES, compare_to_folder
+    from human_gait.people.comparison import compare_to_folder
 
     Console().print(compare_to_folder(folder))
-    typer.echo(f"wrote {', '.join(FILES)} to {folder}")
+    typer.echo(f"wrote {', '.join(COMPARISON)} to {folder}")
 
 
 @app.command()
@@ -365,13 +316,12 @@ def export(
     """Write one stride of a result for OpenSim, motion capture, animation and robot programs."""
     check_result(folder)
     from human_gait.export.formats import FORMATS, RATES, export_gait
-    from human_gait.results.names import FOLDER
     from human_gait.walk.gait_file import load_gait
 
     if rate is not None and not RATES[0] <= rate <= RATES[1]:
         raise GaitError(f"--rate = {rate}: must be from {RATES[0]} to {RATES[1]} Hz")
 
-    target = out or folder / FOLDER
+    target = out or folder / EXPORT
     names = [name.value for name in formats] if formats else list(FORMATS)
     files = export_gait(load_gait(folder), target, names, rate)
     typer.echo(f"wrote {len(files)} files to {target}")
@@ -387,35 +337,14 @@ def urdf(
     ] = None,
 ) -> None:
     """Write the body as a URDF file."""
-    from human_gait.body.links import make_body
-    from human_gait.body.urdf import urdf_text
+    from human_gait.body.person import make_body
     from human_gait.scenario import Load
 
     task = load_scenario(scenario) if scenario else None
     body = make_body(task.subject, task.load) if task else make_body(Subject.default(), Load())
     with whole_file(out) as path:
-        path.write_text(urdf_text(body), encoding="utf-8")
+        path.write_text(body.urdf, encoding="utf-8")
     typer.echo(f"wrote {out}")
-
-
-def check_result(folder: Path) -> None:
-    """Raise ResultError unless `folder` holds a result."""
-    if folder.is_file():
-        raise ResultError(f"{folder}: is a file, give the folder of a result")
-    if not (folder / "gait.npz").is_file():
-        message = f"{folder}: no result here (no gait.npz), make one with human-gait predict"
-        raise ResultError(message)
-
-
-def check_writable(folder: Path) -> None:
-    """Raise ResultError, before minutes of solving, if no result can be written to `folder`."""
-    parent = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
-    try:
-        with tempfile.TemporaryDirectory(dir=parent, prefix=MARK):
-            pass
-    except OSError as error:
-        message = f"{folder}: a result cannot be written here: {parent}: {error.strerror}"
-        raise ResultError(message) from None
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -432,28 +361,8 @@ def run(arguments: Sequence[str]) -> int:
         Exit code: 0 done, 1 no solution, 2 bad input or no way to write, 130 interrupted.
     """
     command = typer.main.get_command(app)
-    try:
-        code = command.main(list(arguments) or ["--help"], "human-gait", standalone_mode=False) or 0
-    except NoSolutionFound as error:
-        return complain(error, NO_SOLUTION)
-    except typer.BadParameter as error:
-        return complain(error.format_message().replace("Value error, ", ""), BAD_INPUT)
-    except ScenarioError as error:
-        return max(complain(each, BAD_INPUT) for each in error.errors)
-    except (GaitError, typer.TyperException, OSError) as error:
-        return complain(error, BAD_INPUT)
-    except MemoryError:
-        return complain("the memory is not enough for this", BAD_INPUT)
-    return complain("interrupted", INTERRUPTED) if code == INTERRUPTED else code
-
-
-def complain(message: object, exit_code: int) -> int:
-    """Print one line on standard error and return the exit code."""
-    printable = "".join(sign if sign.isprintable() else " " for sign in str(message))
-    if len(printable) > LONGEST_MESSAGE:
-        printable = printable[: LONGEST_MESSAGE - 3] + "..."
-    typer.echo(f"error: {printable}", err=True)
-    return exit_code
+    words = list(arguments) or ["--help"]
+    return exit_code(lambda: command.main(words, "human-gait", standalone_mode=False))
 
 
 def main() -> None:

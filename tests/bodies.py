@@ -3,7 +3,8 @@
 import numpy as np
 
 from human_gait.body import skeleton
-from human_gait.body.links import make_body
+from human_gait.body.limits import position_limits
+from human_gait.body.person import make_body
 from human_gait.dynamics.recursive_lagrangian import ExternalLoad
 from human_gait.scenario import Load, Subject
 
@@ -16,7 +17,7 @@ BODIES = {"male": MALE, "female": FEMALE, "with a backpack": LOADED}
 def random_states(n, seed=0):
     """Postures inside the joint limits, faster and more abrupt than those of walking."""
     rng = np.random.default_rng(seed)
-    lower, upper = skeleton.position_limits()
+    lower, upper = position_limits()
     shape = (n, skeleton.N_DOF)
     return rng.uniform(lower, upper, shape), rng.uniform(-5, 5, shape), rng.uniform(-40, 40, shape)
 

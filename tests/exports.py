@@ -6,7 +6,6 @@ import numpy as np
 import pinocchio as pin
 from walks import BACKPACK, near_walk, scenario
 
-from human_gait.body.model import build_model
 from human_gait.body.skeleton import SEGMENTS
 from human_gait.export.markers import marker_set
 from human_gait.problem.program import build_program
@@ -30,7 +29,7 @@ def link_poses(body, q):
 
     Their origins are the centres of the joints.
     """
-    model = build_model(body)
+    model = body.pinocchio_model()
     data = model.createData()
     poses = []
     for posture in q:

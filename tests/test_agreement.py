@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 from walking import guessed_gait
 
-from human_gait.people.agreement import agreement_to_folder, curve_differences
+from human_gait.reporting.agreement import agreement_to_folder, curve_differences
 from human_gait.walk.gait_cycle import load_gait_cycle, save_gait_cycle
 
 COST = {"newton": 3960.0, "snopt": 4000.0, "ipopt": 3900.0}

@@ -5,7 +5,7 @@ import pytest
 from solves import solved
 
 from human_gait.body.skeleton import GRAVITY
-from human_gait.people.agreement import curve_differences
+from human_gait.reporting.agreement import curve_differences
 
 pytestmark = pytest.mark.solve
 

@@ -19,10 +19,12 @@ from walking import guessed_gait
 
 from human_gait.body.skeleton import index
 from human_gait.playback.page import TORQUE_COLOURS, save_playback
+from human_gait.results.names import GAIT_FILE
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
+from human_gait.walk.cycle import step_cycle
 from human_gait.walk.gait import Gait
-from human_gait.walk.gait_file import FILE, save_gait
+from human_gait.walk.gait_file import save_gait
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 DRIVER = shutil.which("chromedriver")
@@ -125,7 +127,7 @@ def quick_gait():
     """The same joint angles at another pace."""
     walk = {"speed": 1.5, "step_length": 0.66}
     scenario = Scenario.from_dict({**GAIT.scenario.to_dict(), "name": "quick", "walk": walk})
-    return Gait(scenario, Basis.uniform(scenario.walk.step_time, 9).breaks, GAIT.control_points)
+    return Gait(scenario, Basis.uniform(step_cycle(scenario.walk), 9).breaks, GAIT.control_points)
 
 
 @pytest.fixture(scope="module")
@@ -181,7 +183,7 @@ def test_the_walker_moves_until_paused(page):
 
 def test_at_a_phase_the_marker_is_where_the_file_says(page, folder):
     """The file holds a step, from left heel strike; the stride begins at the right one, T later."""
-    with np.load(folder / FILE) as file:
+    with np.load(folder / GAIT_FILE) as file:
         t, zmp = file["t"], file["zmp"]
     for share in (0.1, 0.3, 0.5, 0.8):  # of the step: both a sample and a frame
         phase = (1 + share) / 2
@@ -239,7 +241,7 @@ def test_nothing_is_left_without_any_layer(page):
 
 
 def test_the_torques_colour_the_segments(page, folder):
-    with np.load(folder / FILE) as file:
+    with np.load(folder / GAIT_FILE) as file:
         t, tau = file["t"], file["tau"]
     page.click("[data-layer=torques]")
     assert page.one("#torque-legend").is_displayed()

@@ -5,7 +5,8 @@ import pytest
 from bodies import random_states
 from walks import BACKPACK, near_walk, scenario
 
-from human_gait.body.links import GRAVITY, make_body
+from human_gait.body.links import GRAVITY
+from human_gait.body.person import make_body
 from human_gait.checks.verification import verify
 from human_gait.dynamics.carried_load import THORAX, CarriedForce
 from human_gait.dynamics.inverse_dynamics import PinocchioDynamics

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from walking import guessed_gait
 
-from human_gait import cli
+from human_gait import cli, exits
 from human_gait.exceptions import ModelError, NoSolutionFound, ResultError
 from human_gait.walk.gait_file import save_gait
 
@@ -221,7 +221,7 @@ def test_no_success_is_exit_code_1(replace_room):
         (NoSolutionFound("contact, 3 mm at 0.2 s", gait="last", report="table"), cli.NO_SOLUTION),
         (ModelError("the DOF are\nout of order"), cli.BAD_INPUT),
         (OSError(28, "No space left on device"), cli.BAD_INPUT),
-        (KeyboardInterrupt(), cli.INTERRUPTED),
+        (KeyboardInterrupt(), exits.INTERRUPTED),
     ],
     ids=lambda value: type(value).__name__,
 )
@@ -270,13 +270,10 @@ def test_play_and_plot_take_the_result_of_the_folder(here, capsys, replace_room)
 
 def test_a_comparison_tells_what_it_wrote(here, capsys, replace_room):
     (here / "gait.npz").write_bytes(b"")
-    names = ("compare.json", "compare.png")
-    replace_room(
-        "people.comparison", compare_to_folder=lambda folder: f"table of {folder}", FILES=names
-    )
+    replace_room("people.comparison", compare_to_folder=lambda folder: f"table of {folder}")
     assert cli.run(["compare", "."]) == 0
     said = capsys.readouterr().out.splitlines()
-    assert said == ["table of .", "wrote compare.json, compare.png to ."]
+    assert said == ["table of .", "wrote compare.json, compare.csv, compare.png to ."]
 
 
 @pytest.mark.parametrize("command", ["explain", "report", "export", "verify", "play", "compare"])
@@ -320,12 +317,15 @@ def test_an_unreadable_result_is_one_line(here, capsys, replace_room):
 
 def test_urdf_writes_the_body_of_the_scenario(here, capsys, replace_room):
     (here / "her.toml").write_text(WALK + '[subject]\nsex = "female"\n[load]\nmass = 9\n')
-    replace_room("body.links", make_body=lambda subject, load: (subject.sex, load.mass))
-    replace_room("body.urdf", urdf_text=str)
+
+    def make_body(subject, load):
+        return types.SimpleNamespace(urdf=f"{subject.sex} {load.mass}")
+
+    replace_room("body.person", make_body=make_body)
     assert cli.run(["urdf"]) == 0
     assert cli.run(["urdf", "--scenario", "her.toml", "--out", "her.urdf"]) == 0
-    assert (here / "urdf" / "human.urdf").read_text() == "('male', 0.0)"
-    assert (here / "her.urdf").read_text() == "('female', 9.0)"
+    assert (here / "urdf" / "human.urdf").read_text() == "male 0.0"
+    assert (here / "her.urdf").read_text() == "female 9.0"
     assert capsys.readouterr().out.splitlines() == ["wrote urdf/human.urdf", "wrote her.urdf"]
 
 

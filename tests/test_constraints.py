@@ -6,9 +6,8 @@ from walks import scenario
 
 from human_gait.body import dh
 from human_gait.body.links import CONTACT_POINTS, GRAVITY
-from human_gait.body.skeleton import DOF_NAMES, index, mirror, position_limits
-from human_gait.exceptions import ScenarioError
-from human_gait.problem.constraints import friction_constraints, joint_limits, paper_constraints
+from human_gait.body.skeleton import index
+from human_gait.problem.constraints import friction_constraints, paper_constraints
 from human_gait.walk.contact_plan import LEFT, RIGHT
 from human_gait.walk.instant import Walker
 
@@ -336,67 +335,6 @@ def test_rows_know_their_instants_bounds_and_units():
         assert len(shapes) == 1
         assert np.all((constraint.instants >= 0) & (constraint.instants < 12))
         assert constraint.unit
-
-
-def limits_of(**sections):
-    lower, upper = joint_limits(scenario(**sections), DOF_NAMES)
-    return {name: tuple(ends) for name, *ends in zip(DOF_NAMES, lower, upper, strict=True)}
-
-
-def test_joint_limits_are_within_those_of_the_anatomy():
-    lower, upper = joint_limits(TASK, DOF_NAMES)
-    anatomy = position_limits()
-    assert np.all(lower >= anatomy[0])
-    assert np.all(upper <= anatomy[1])
-
-
-def test_the_trunk_is_held_upright():
-    held = limits_of(posture={"pelvis_deg": 3.0, "spine_deg": 2.0, "neck_deg": 1.0})
-    for start, degrees in (("pelvis_r", 3.0), ("spine", 2.0), ("neck", 1.0)):
-        found = [ends for name, ends in held.items() if name.startswith(start)]
-        assert found
-        assert max(upper for _, upper in found) == pytest.approx(np.deg2rad(degrees))
-        assert min(lower for lower, _ in found) == pytest.approx(-np.deg2rad(degrees))
-    assert held["knee_flexion_r"] == limits_of()["knee_flexion_r"]
-
-
-def test_a_scenario_freezes_joints_and_sets_ranges():
-    limits = {"frozen": ["wrist_flexion_r", "wrist_flexion_l"], "pelvis_rx": [-10.0, 12.0]}
-    found = limits_of(limits=limits)
-    assert found["wrist_flexion_r"] == found["wrist_flexion_l"] == (0.0, 0.0)
-    assert found["pelvis_rx"] == pytest.approx(np.deg2rad([-10.0, 12.0]))
-
-
-def test_limits_hold_for_a_posture_and_its_mirror_image():
-    """The walk goes on mirrored: what binds the right knee in one step binds the left one too."""
-    limits = {
-        "knee_flexion_r": [5.0, 70.0],
-        "spine1_lateral": [-1.0, 4.0],
-        "frozen": ["wrist_flexion_l"],
-    }
-    lower, upper = joint_limits(scenario(limits=limits), DOF_NAMES)
-    left = index("knee_flexion_l")
-    assert (lower[left], upper[left]) == pytest.approx(np.deg2rad([5.0, 70.0]))
-    assert upper[index("spine1_lateral")] == pytest.approx(np.deg2rad(1.0))
-    assert lower[index("wrist_flexion_r")] == upper[index("wrist_flexion_r")] == 0.0
-    ends = mirror(lower), mirror(upper)
-    np.testing.assert_allclose(np.minimum(*ends), lower)
-    np.testing.assert_allclose(np.maximum(*ends), upper)
-
-
-@pytest.mark.parametrize(
-    ("limits", "parts"),
-    [
-        ({"frozen": ["tail"]}, ("limits.frozen", "tail")),
-        ({"tail": [0.0, 1.0]}, ("limits.tail", "unknown DOF")),
-        ({"pelvis_rz": [2.0, 5.0]}, ("limits.pelvis_rz", "mirror")),
-        ({"knee_flexion_r": [0.0, 5.0], "knee_flexion_l": [10.0, 20.0]}, ("limits.knee",)),
-    ],
-)
-def test_limits_that_make_no_sense_are_refused(limits, parts):
-    with pytest.raises(ScenarioError) as caught:
-        limits_of(limits=limits)
-    assert [part for part in parts if part not in str(caught.value)] == []
 
 
 def test_right_and_left_are_the_feet():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from walks import PEOPLE, scenario
 
-from human_gait.body.links import make_body
+from human_gait.body.person import make_body
 from human_gait.walk.contact_plan import (
     BALL_LATERAL,
     BALL_MEDIAL,

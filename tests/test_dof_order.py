@@ -4,9 +4,9 @@ import pytest
 import yourdfpy
 from bodies import BODIES
 
-from human_gait.body.model import _check_order, build_model
+from human_gait.body.model import _check_order
 from human_gait.body.skeleton import DOF_NAMES
-from human_gait.body.urdf import JOINT_NAMES, urdf_text
+from human_gait.body.urdf import JOINT_NAMES
 from human_gait.checks.engines import drake_plant
 from human_gait.exceptions import ModelError
 
@@ -18,7 +18,7 @@ def test_joint_names_are_the_dof_names_with_the_papers_numbers():
 
 @pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
 def test_pinocchio_numbers_the_joints_as_the_paper(body):
-    model = build_model(body)
+    model = body.pinocchio_model()
     assert (model.nq, model.nv) == (55, 55)
     assert tuple(model.names)[1:] == JOINT_NAMES
     assert [joint.idx_q for joint in model.joints][1:] == list(range(55))
@@ -35,7 +35,7 @@ def test_drake_numbers_the_joints_as_the_paper(body):
 
 def test_yourdfpy_numbers_the_joints_as_the_paper(tmp_path: Path):
     path = tmp_path / "human.urdf"
-    path.write_text(urdf_text(BODIES["male"]))
+    path.write_text(BODIES["male"].urdf)
     assert tuple(yourdfpy.URDF.load(path).actuated_joint_names) == JOINT_NAMES
 
 

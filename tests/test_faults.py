@@ -24,16 +24,16 @@ from hypothesis import HealthCheck, currently_in_test_context, event, example, g
 from hypothesis import strategies as st
 from walking import guessed_gait
 
-from human_gait import cli, prediction
+from human_gait import cli, exits, prediction
 from human_gait.exceptions import NoSolutionFound
 from human_gait.people import comparison
 from human_gait.pictures import paper_figures
+from human_gait.results.names import GAIT_FILE, MULTIPLIERS
 from human_gait.scenario import Scenario
 from human_gait.solving import starts as ladder
-from human_gait.solving.warm_start import FILE as MULTIPLIERS
 from human_gait.solving.warm_start import save_multipliers
 from human_gait.walk.gait_cycle import save_gait_cycle
-from human_gait.walk.gait_file import FILE, load_gait, load_record, save_gait
+from human_gait.walk.gait_file import load_gait, load_record, save_gait
 
 ROOT = Path(__file__).resolve().parent.parent
 TEXTS = [path.read_bytes() for path in sorted((ROOT / "scenarios").glob("*.toml"))]
@@ -66,7 +66,7 @@ def result(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def arrays(result):
-    with np.load(result / FILE) as file:
+    with np.load(result / GAIT_FILE) as file:
         return dict(file)
 
 
@@ -107,7 +107,7 @@ def ran(*arguments):
     if currently_in_test_context():  # pytest --hypothesis-show-statistics
         event(f"{arguments[0]} ends with {code}")
     assert said.count("\n") == (said != "")
-    assert len(said) <= cli.LONGEST_MESSAGE + len("error: \n")
+    assert len(said) <= exits.LONGEST_MESSAGE + len("error: \n")
     assert said.startswith("error: ") == (code == 2 or "stopped at once" in said)
     return code
 
@@ -242,7 +242,7 @@ def of_values(draw, array):
 
 def rewritten(folder, arrays, **changes):
     kept = {name: array for name, array in {**arrays, **changes}.items() if array is not None}
-    np.savez(folder / FILE, allow_pickle=True, **kept)
+    np.savez(folder / GAIT_FILE, allow_pickle=True, **kept)
 
 
 # --- scenarios
@@ -275,10 +275,10 @@ def test_a_scenario_of_odd_values(tmp_path, stopped, tables):  # noqa: ARG001
 @given(st.data())
 def test_a_gait_of_spoilt_bytes_is_the_gait_that_was_written_or_is_refused(place, result, data):
     """Let the checks pass whatever they are given: what counts is what they are given."""
-    content = (result / FILE).read_bytes()
+    content = (result / GAIT_FILE).read_bytes()
     members = [content.index(name) for name in (b"scenario.npy", b"breaks.npy", b"control_points")]
     directory = [content.index(b"PK\x01\x02"), content.rindex(b"PK\x05\x06")]
-    (place / FILE).write_bytes(data.draw(spoilt(content, [*members, *directory])))
+    (place / GAIT_FILE).write_bytes(data.draw(spoilt(content, [*members, *directory])))
     checked = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(prediction, "verify", lambda record: checked.append(record) or [])
@@ -396,7 +396,7 @@ def test_a_comparison_of_odd_numbers(place, result, data):
 def test_figures_with_a_spoilt_summary_or_gait(place, result, data):
     for name in paper_figures.MAKE_TARGETS:
         shutil.copytree(result, place / name, dirs_exist_ok=True)
-    file = place / "preferred" / data.draw(st.sampled_from([FILE, "summary.json"]))
+    file = place / "preferred" / data.draw(st.sampled_from([GAIT_FILE, "summary.json"]))
     file.write_bytes(data.draw(spoilt(file.read_bytes())))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(paper_figures, "FIGURES", {})
@@ -425,7 +425,7 @@ class Trap:
 def test_pickled_objects_are_refused_unopened(place, arrays, tmp_path, name):
     rewritten(place, arrays, **{name: np.array(Trap(tmp_path / "sprung"), dtype=object)})
     assert {ran(command, place) for command in ("verify", "plot", "play", "refine")} == {2}
-    with np.load(place / FILE, allow_pickle=True) as file:
+    with np.load(place / GAIT_FILE, allow_pickle=True) as file:
         file[name]
     assert (tmp_path / "sprung").exists()  # the trap would have worked
 
@@ -439,7 +439,10 @@ BOMB = bytes(2**20)
 )
 def test_an_archive_that_would_fill_the_memory_is_refused_packed(place, capsys, packing, part):
     repeats = 300 if packing == zipfile.ZIP_DEFLATED else 1
-    with zipfile.ZipFile(place / FILE, "a", packing) as archive, archive.open("t2", "w") as file:
+    with (
+        zipfile.ZipFile(place / GAIT_FILE, "a", packing) as archive,
+        archive.open("t2", "w") as file,
+    ):
         for _ in range(repeats):
             file.write(BOMB)
     tracemalloc.start()
@@ -456,13 +459,13 @@ def test_an_array_that_claims_to_be_huge_is_refused(place, arrays):
         header, {"descr": "<f8", "fortran_order": False, "shape": (2**37,)}
     )
     rewritten(place, arrays, breaks=None)
-    with zipfile.ZipFile(place / FILE, "a") as archive:
+    with zipfile.ZipFile(place / GAIT_FILE, "a") as archive:
         archive.writestr("breaks.npy", header.getvalue() + bytes(80))
     assert ran("verify", place) == 2
 
 
 def test_a_file_too_large_for_a_gait_is_not_even_opened(place):
-    with (place / FILE).open("ab") as file:
+    with (place / GAIT_FILE).open("ab") as file:
         file.truncate(2**40)
     assert ran("verify", place) == 2
 
@@ -507,7 +510,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the backgro
 from human_gait import cli, prediction
 from human_gait.solving import starts as ladder
 from human_gait.solving import solver
-ladder._rungs = lambda *given, rungs=ladder._rungs: islice(rungs(*given), 1)
+ladder.own_starts = lambda *given, rungs=ladder.own_starts: islice(rungs(*given), 1)
 def wait(*_, **__):
     print("here", flush=True)
     time.sleep(60)

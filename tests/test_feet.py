@@ -5,7 +5,6 @@ from bodies import BODIES, random_states
 from walks import central_difference
 
 from human_gait.body.links import CONTACT_POINTS
-from human_gait.body.model import build_model
 from human_gait.dynamics.inverse_dynamics import CHAINS, PinocchioDynamics
 from human_gait.walk.feet import Feet
 
@@ -17,7 +16,7 @@ class Legs:
 
     def __init__(self, body):
         self.dynamics, self.feet = PinocchioDynamics(body), Feet(body)
-        self.model = build_model(body)
+        self.model = body.pinocchio_model()
 
     def motion(self, q, v):
         q, v = np.atleast_2d(q), np.atleast_2d(v)

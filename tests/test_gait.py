@@ -9,8 +9,9 @@ from walks import BACKPACK, near_walk, scenario
 from human_gait.body.skeleton import DOF_NAMES, index, mirror
 from human_gait.exceptions import ResultError
 from human_gait.problem.program import build_program
+from human_gait.results.names import GAIT_FILE
 from human_gait.walk.gait import Gait
-from human_gait.walk.gait_file import FILE, load_gait, save_gait
+from human_gait.walk.gait_file import load_gait, save_gait
 
 FORWARD = index("pelvis_tz")
 
@@ -112,12 +113,12 @@ def test_a_saved_gait_is_the_same_to_the_last_digit(tmp_path):
     np.testing.assert_array_equal(again.breaks, GAIT.breaks)
     np.testing.assert_array_equal(again.control_points, GAIT.control_points)
     np.testing.assert_array_equal(again.tau(TIMES), GAIT.tau(TIMES))
-    assert [path.name for path in tmp_path.iterdir()] == [FILE]
+    assert [path.name for path in tmp_path.iterdir()] == [GAIT_FILE]
 
 
 def test_a_saved_gait_can_be_read_without_this_package(tmp_path):
     save_gait(GAIT, tmp_path)
-    with np.load(tmp_path / FILE) as file:
+    with np.load(tmp_path / GAIT_FILE) as file:
         t = file["t"]
         assert list(file["dof_names"]) == list(DOF_NAMES)
         assert "cubic B-splines" in str(file["about"])
@@ -146,10 +147,10 @@ def saved(tmp_path):
 
 def rewrite(folder, allow_pickle=False, **changes):
     """Replace or, with None, remove arrays of a saved gait."""
-    with np.load(folder / FILE) as file:
+    with np.load(folder / GAIT_FILE) as file:
         arrays = {name: file[name] for name in file.files} | changes
     kept = {name: array for name, array in arrays.items() if array is not None}
-    np.savez(folder / FILE, allow_pickle=allow_pickle, **kept)
+    np.savez(folder / GAIT_FILE, allow_pickle=allow_pickle, **kept)
 
 
 def assert_refused(folder, *parts):
@@ -157,7 +158,7 @@ def assert_refused(folder, *parts):
         load_gait(folder)
     message = str(caught.value)
     assert "\n" not in message
-    assert [part for part in (FILE, *parts) if part not in message] == []
+    assert [part for part in (GAIT_FILE, *parts) if part not in message] == []
 
 
 def test_pickled_objects_are_not_executed(saved, tmp_path):
@@ -165,31 +166,31 @@ def test_pickled_objects_are_not_executed(saved, tmp_path):
     trap = np.array(Trap(tmp_path / "sprung"), dtype=object)
     rewrite(saved, allow_pickle=True, control_points=trap)
     assert_refused(saved, "allow_pickle")
-    with (saved / FILE).open("wb") as file:
+    with (saved / GAIT_FILE).open("wb") as file:
         np.save(file, trap, allow_pickle=True)
     assert_refused(saved)
-    (saved / FILE).write_bytes(trap.dumps())
+    (saved / GAIT_FILE).write_bytes(trap.dumps())
     assert_refused(saved)
     assert not (tmp_path / "sprung").exists()
 
 
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.5, 0.99])
 def test_a_truncated_file_is_refused(saved, share):
-    content = (saved / FILE).read_bytes()
-    (saved / FILE).write_bytes(content[: int(share * len(content))])
+    content = (saved / GAIT_FILE).read_bytes()
+    (saved / GAIT_FILE).write_bytes(content[: int(share * len(content))])
     assert_refused(saved)
 
 
 def test_a_damaged_file_is_refused(saved):
     """Whichever byte of the control points is turned over."""
-    content = (saved / FILE).read_bytes()
-    with zipfile.ZipFile(saved / FILE) as archive:
+    content = (saved / GAIT_FILE).read_bytes()
+    with zipfile.ZipFile(saved / GAIT_FILE) as archive:
         info = archive.getinfo("control_points.npy")
     start = info.header_offset
     for place in range(start, start + info.compress_size, max(info.compress_size // 60, 1)):
         damaged = bytearray(content)
         damaged[place] ^= 0xFF
-        (saved / FILE).write_bytes(damaged)
+        (saved / GAIT_FILE).write_bytes(damaged)
         try:
             gait = load_gait(saved)
         except ResultError:
@@ -199,19 +200,19 @@ def test_a_damaged_file_is_refused(saved):
 
 @pytest.mark.parametrize("content", [b"", b"not a zip", b"PK\x03\x04", b"\x93NUMPY"])
 def test_what_is_no_archive_is_refused(tmp_path, content):
-    (tmp_path / FILE).write_bytes(content)
+    (tmp_path / GAIT_FILE).write_bytes(content)
     assert_refused(tmp_path)
 
 
 def test_a_single_array_is_refused(tmp_path):
-    with (tmp_path / FILE).open("wb") as file:
+    with (tmp_path / GAIT_FILE).open("wb") as file:
         np.save(file, np.zeros(3))
     assert_refused(tmp_path)
 
 
 def test_a_missing_file_and_a_folder_in_its_place_are_refused(tmp_path):
     assert_refused(tmp_path)
-    (tmp_path / FILE).mkdir()
+    (tmp_path / GAIT_FILE).mkdir()
     assert_refused(tmp_path)
 
 

@@ -9,8 +9,7 @@ import pytest
 from bodies import LOADED, MALE
 
 from human_gait.body import skeleton
-from human_gait.body.links import Body
-from human_gait.body.model import build_model
+from human_gait.body.person import Body
 from human_gait.dynamics.recursive_lagrangian import ExternalLoad, inverse_dynamics
 from human_gait.exceptions import ResultError
 from human_gait.scenario import Scenario, Walk
@@ -25,7 +24,7 @@ from human_gait.walk.gait_cycle import (
     trunk_lean,
 )
 
-MODEL = build_model(MALE)
+MODEL = MALE.pinocchio_model()
 WEIGHT = MALE.subject.mass * skeleton.GRAVITY
 
 

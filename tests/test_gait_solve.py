@@ -8,10 +8,10 @@ import pytest
 from solves import SCENARIOS, solved
 from walks import scenario
 
-from human_gait.body.skeleton import DOF_NAMES, index
+from human_gait.body.limits import joint_limits
+from human_gait.body.skeleton import index
 from human_gait.checks.verification import verify
 from human_gait.people.reference import references_near, scores
-from human_gait.problem.constraints import joint_limits
 from human_gait.problem.lagrangian import Lagrangian
 from human_gait.problem.program import build_program
 from human_gait.scenario import load_scenario
@@ -57,7 +57,7 @@ def test_it_is_found_in_time_with_all_joints_moving(result):
     discretisation = result.gait.scenario.discretisation
     assert discretisation.control_points >= 6
     assert discretisation.intervals >= 12
-    lower, upper = joint_limits(result.gait.scenario, DOF_NAMES)
+    lower, upper = joint_limits(result.gait.scenario)
     assert np.all(lower < upper)
 
 

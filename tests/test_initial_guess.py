@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from walks import PEOPLE, scenario
 
-from human_gait.body.skeleton import DOF_NAMES, N_DOF, index
-from human_gait.problem.constraints import joint_limits
+from human_gait.body.limits import joint_limits
+from human_gait.body.skeleton import N_DOF, index
 from human_gait.problem.program import build_program
 from human_gait.walk.bspline import Basis
+from human_gait.walk.cycle import step_cycle
 from human_gait.walk.initial_guess import initial_guess
 from human_gait.walk.instant import Walker
 
@@ -55,7 +56,7 @@ def test_no_foot_is_deep_in_the_ground(now):
 
 
 def test_joints_are_within_their_limits(program, now):
-    lower, upper = joint_limits(program.scenario, DOF_NAMES)
+    lower, upper = joint_limits(program.scenario)
     rotations = slice(3, None)
     assert np.all(now.q[:, rotations] >= lower[rotations] - 1e-12)
     assert np.all(now.q[:, rotations] <= upper[rotations] + 1e-12)
@@ -87,7 +88,7 @@ def test_it_is_the_spline_nearest_to_the_plan():
     worst = []
     for control_points in (6, 10, 20):
         walker = Walker(scenario())
-        basis = Basis.uniform(walker.plan.walk.step_time, control_points)
+        basis = Basis.uniform(step_cycle(walker.plan.walk), control_points)
         free = initial_guess(scenario(), walker.body, walker.plan, basis)
         assert free.shape == (control_points - 3, N_DOF)
         gait = build_program(scenario(control_points=control_points)).gait(free.ravel())

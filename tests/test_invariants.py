@@ -5,7 +5,6 @@ from bodies import BODIES, FEMALE, MALE, at_instant, random_loads, random_states
 
 from human_gait.body import dh, skeleton
 from human_gait.body.links import GRAVITY
-from human_gait.body.model import build_model
 from human_gait.dynamics.recursive_lagrangian import ExternalLoad, inverse_dynamics
 
 STEP = 1e-30
@@ -39,7 +38,7 @@ def test_the_mass_matrix_is_symmetric_and_positive_definite(body):
 
 
 def test_the_mass_matrix_is_pinocchios(body):
-    model = build_model(body)
+    model = body.pinocchio_model()
     q = random_states(1)[0][0]
     upper = np.triu(pin.crba(model, model.createData(), q))
     np.testing.assert_allclose(np.triu(mass_matrix(body, q)), upper, atol=1e-11)

@@ -14,17 +14,19 @@ from human_gait import cli
 from human_gait.body.skeleton import GRAVITY
 from human_gait.exceptions import ResultError
 from human_gait.people.reference import correlation, references
-from human_gait.pictures.paper_figures import (
-    FIGURES,
-    MAKE_TARGETS,
+from human_gait.pictures.backpacks import (
     backpack_faces,
     backpack_postures,
     knee_torques,
     load_label,
+    vertical_forces,
+)
+from human_gait.pictures.paper_figures import (
+    FIGURES,
+    MAKE_TARGETS,
     load_results,
     save_figures,
     validation,
-    vertical_forces,
 )
 from human_gait.walk.gait_cycle import PERCENT, gait_cycle
 from human_gait.walk.gait_file import save_gait

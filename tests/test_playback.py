@@ -14,9 +14,12 @@ from human_gait import cli
 from human_gait.body.skeleton import index
 from human_gait.exceptions import ResultError
 from human_gait.playback import page as playback
+from human_gait.playback import server
 from human_gait.playback.page import play, playback_page, save_playback
+from human_gait.playback.server import page_server
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
+from human_gait.walk.cycle import step_cycle
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import save_gait
 
@@ -101,7 +104,7 @@ def test_walks_of_different_pace_are_said_to_be_at_the_same_phase():
     quicker = Scenario.from_dict(
         {**gait.scenario.to_dict(), "name": "quick", "walk": {"speed": 1.5, "step_length": 0.66}}
     )
-    basis = Basis.uniform(quicker.walk.step_time, 9)
+    basis = Basis.uniform(step_cycle(quicker.walk), 9)
     note = playback_note(gait, Gait(quicker, basis.breaks, gait.control_points))
     assert "same per cent" in note
     note = note.replace("\N{NO-BREAK SPACE}", " ")
@@ -117,7 +120,7 @@ def playback_note(first, second):
 def no_screen(monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(playback.sys, "platform", "linux")
+    monkeypatch.setattr(server.sys, "platform", "linux")
 
 
 @pytest.mark.usefixtures("no_screen")
@@ -146,10 +149,10 @@ def test_the_browser_gets_the_page_from_this_computer_only(monkeypatch):
 
 
 def test_only_this_computer_is_listened_to_unless_told_otherwise():
-    with playback._page_server("page") as server:
-        assert server.server_address[0] == "127.0.0.1"
-    with playback._page_server("page", "0.0.0.0") as server:
-        assert server.server_address[0] == "0.0.0.0"
+    with page_server("page") as served:
+        assert served.server_address[0] == "127.0.0.1"
+    with page_server("page", "0.0.0.0") as served:
+        assert served.server_address[0] == "0.0.0.0"
 
 
 @pytest.mark.parametrize("host", ["192.0.2.1", "", "no such name"])
@@ -159,7 +162,7 @@ def test_an_address_of_another_computer_is_refused(host):
 
 
 def test_two_walks_can_be_shown_at_once():
-    with playback._page_server("one") as first, playback._page_server("two") as second:
+    with page_server("one") as first, page_server("two") as second:
         assert first.server_port != second.server_port
 
 
@@ -168,7 +171,7 @@ def test_ctrl_c_ends_an_endless_walk_quietly(monkeypatch):
     def interrupted(_server):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(playback.ThreadingHTTPServer, "serve_forever", interrupted)
+    monkeypatch.setattr(server.ThreadingHTTPServer, "serve_forever", interrupted)
     play(guessed_gait())
 
 

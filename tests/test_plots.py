@@ -8,7 +8,8 @@ from walking import guessed_gait
 
 from human_gait.body.skeleton import GRAVITY
 from human_gait.pictures import plots
-from human_gait.pictures.plots import PLOTS, half_a_cycle_later, project, save_plots, stick_figures
+from human_gait.pictures.plots import PLOTS, half_a_cycle_later, save_plots
+from human_gait.pictures.sticks import project, stick_figures
 from human_gait.walk.gait_cycle import gait_cycle
 
 GAIT = guessed_gait()

@@ -23,7 +23,7 @@ from human_gait.prediction import (
     verify_folder,
 )
 from human_gait.problem.program import Violation, refined_program
-from human_gait.results.names import FILES as EXPORTED
+from human_gait.results.names import EXPORTED, MULTIPLIERS
 from human_gait.solving import solver as solver_room
 from human_gait.solving import starts as ladder_room
 from human_gait.solving.diagnosis import Suggestion
@@ -32,7 +32,7 @@ from human_gait.solving.warm_start import adapted, fitting, load_multipliers, sa
 from human_gait.walk.gait_cycle import load_gait_cycle
 from human_gait.walk.gait_file import load_gait, save_gait
 
-RUNGS = ladder_room._rungs
+RUNGS = ladder_room.own_starts
 TASK = scenario(control_points=6, load=BACKPACK)
 KEYS = {
     *("success", "solver", "dynamics", "solver_status", "wall_time_s", "iterations", "evaluations"),
@@ -49,7 +49,7 @@ FILES = {"explanation.json", "gait.npz", "summary.json", "gait_cycle.csv", "play
 def cut_short():
     """Stop each stage of every solver after one iteration, and the ladder after two starts."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ladder_room, "_rungs", lambda *given: islice(RUNGS(*given), 2))
+        patch.setattr(ladder_room, "own_starts", lambda *given: islice(RUNGS(*given), 2))
         for options in (solver_room._OPTIONS, solver_room._POSTURE_OPTIONS):
             for name, limit in LIMIT.items():
                 patch.setitem(options, name, options[name] | {limit: 1})
@@ -84,7 +84,7 @@ def test_a_solve_that_fails_keeps_everything_it_has(failed, solver):
     assert written >= FILES
     assert len([name for name in written if name.endswith(".png")]) >= 5
     assert written < set(room.OURS)
-    assert room.MULTIPLIERS not in written  # an iterate has none
+    assert MULTIPLIERS not in written  # an iterate has none
     gait = load_gait(folder)
     assert gait.scenario == TASK
     assert gait.solution["solver"] == solver

@@ -144,7 +144,7 @@ def test_a_reference_of_stance_is_stretched_over_the_predicted_stance():
 
 def test_every_reference_has_curves_citation_and_licence():
     assert len({found.name for found in references()}) == len(references()) == 6
-    readme = (files("human_gait.data") / "reference" / "README.md").read_text(encoding="utf-8")
+    readme = (files("human_gait.people") / "measured" / "README.md").read_text(encoding="utf-8")
     for found in references():
         assert found.curves
         assert set(found.curves) <= set(COLUMNS)

@@ -28,9 +28,10 @@ from human_gait.people.reference import references_near
 from human_gait.playback.page import playback_page
 from human_gait.prediction import OURS
 from human_gait.reporting import page as report
+from human_gait.reporting import panels
+from human_gait.reporting.check_tables import EQUATIONS
 from human_gait.reporting.figures import GROUPS, RESULTS, VARIABLES, curve_panel, styled, svg
 from human_gait.reporting.page import report_page, report_to_file
-from human_gait.reporting.tables import EQUATIONS
 from human_gait.scenario import Scenario
 from human_gait.walk.gait_cycle import COLUMNS, label_and_unit, save_gait_cycle
 from human_gait.walk.gait_file import load_record, save_gait
@@ -134,8 +135,8 @@ def write(folder, checks, load=0.0, success=True, name=None):
 @pytest.fixture
 def one_panel(monkeypatch):
     """Draw one curve only: all figures take a second."""
-    monkeypatch.setattr(report, "GROUPS", {"Joint angles": ("knee_flexion_deg",)})
-    monkeypatch.setattr(report, "_pictures", lambda *_: ())
+    monkeypatch.setattr(panels, "GROUPS", {"Joint angles": ("knee_flexion_deg",)})
+    monkeypatch.setattr(panels, "pictures", lambda *_: ())
     monkeypatch.setattr(report, "playback_page", lambda _: PLAYBACK)
 
 
@@ -467,8 +468,8 @@ def test_the_animations_of_several_results_are_linked_from_where_the_page_is(thr
 
 
 def test_the_animation_is_that_of_the_gait_whatever_file_there_is(three, monkeypatch):
-    monkeypatch.setattr(report, "GROUPS", {})
-    monkeypatch.setattr(report, "_pictures", lambda *_: ())
+    monkeypatch.setattr(panels, "GROUPS", {})
+    monkeypatch.setattr(panels, "pictures", lambda *_: ())
     page = report_page(three[:1])
     (frame,) = html.document_fromstring(page, parser=html.HTMLParser(huge_tree=True)).iter("iframe")
     assert unpacked(frame.get("srcdoc")) == unpacked(playback_page(load_record(three[0]).gait))
@@ -496,7 +497,7 @@ def test_pages_are_small_enough_to_send(one_page, three_page):
 
 
 def test_the_same_results_give_the_same_page(three, monkeypatch):
-    monkeypatch.setattr(report, "GROUPS", {"Joint angles": ("knee_flexion_deg",)})
+    monkeypatch.setattr(panels, "GROUPS", {"Joint angles": ("knee_flexion_deg",)})
     monkeypatch.setattr(report, "playback_page", lambda _: PLAYBACK)
     assert report_page(three[:1]) == report_page(three[:1])
 

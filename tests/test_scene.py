@@ -8,9 +8,7 @@ import umsgpack
 from walking import guessed_gait
 
 from human_gait.body import dh
-from human_gait.body.model import build_model
 from human_gait.body.skeleton import GRAVITY, index
-from human_gait.body.urdf import link_to_dh
 from human_gait.playback.drawing import rounded
 from human_gait.playback.drawn_body import torque_sizes
 from human_gait.playback.scene import (
@@ -98,9 +96,9 @@ def test_up_is_up_and_left_is_left_in_meshcat(scene):
 
 
 def test_the_links_are_where_the_dh_frames_are(scene, instants):
-    names = list(build_model(GAIT.body).names)
+    names = list(GAIT.body.pinocchio_model().names)
     _, A = dh.frames(GAIT.body.table, instants.q)
-    U = A @ dh.inverse(link_to_dh(GAIT.body.table))
+    U = A @ dh.inverse(dh.link_to_dh(GAIT.body.table))
     drawn = [path for path in scene.clips if path.startswith(PATH + "/body/")]
     assert len(drawn) > 20
     for path in drawn:

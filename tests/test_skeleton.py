@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from human_gait.body import skeleton
-from human_gait.scenario import Subject
 
 
 def test_the_branches_are_those_of_the_paper():
@@ -43,36 +42,3 @@ def test_mirroring_flips_what_leans_or_turns_and_keeps_what_flexes():
     midline = {n for n in skeleton.DOF_NAMES if not n.endswith(("_r", "_l"))}
     lateral = {n for n in midline if n.endswith(("lateral", "rotation", "_tx", "_rz", "_ry"))}
     assert flipped == lateral
-
-
-def test_limits_are_ordered_contain_upright_and_are_the_same_on_both_sides():
-    lower, upper = skeleton.position_limits()
-    assert np.all(lower < upper)
-    assert np.all(lower <= 0)
-    assert np.all(upper >= 0)
-    limbs = [i for i in range(55) if skeleton.MIRROR_INDEX[i] != i]
-    for limit in (lower, upper, *skeleton.torque_limits(Subject.default("male"))):
-        np.testing.assert_array_equal(limit[limbs], skeleton.mirror(limit)[limbs])
-
-
-def test_limits_are_in_radians():
-    lower, upper = skeleton.position_limits()
-    knee = skeleton.index("knee_flexion_r")
-    assert (lower[knee], upper[knee]) == (0.0, pytest.approx(np.deg2rad(135)))
-
-
-def test_only_the_global_dof_have_no_strength_limit():
-    lower, upper = skeleton.torque_limits(Subject.default("male"))
-    np.testing.assert_array_equal(np.isinf(lower), np.arange(55) < 6)
-    np.testing.assert_array_equal(np.isinf(upper), np.arange(55) < 6)
-    assert np.all(lower < 0)
-    assert np.all(upper > 0)
-
-
-def test_ankle_strength_scales_with_the_subject_and_exceeds_what_walking_takes():
-    """Measured walking peaks at 1.4-1.6 N m/kg of plantarflexion."""
-    ankle = skeleton.index("ankle_dorsiflexion_r")
-    lower, _ = skeleton.torque_limits(Subject.default("male"))
-    assert -lower[ankle] > 1.6 * 78.4
-    heavier, _ = skeleton.torque_limits(Subject(sex="male", stature=1.755, mass=2 * 78.4))
-    assert heavier[ankle] == pytest.approx(2 * lower[ankle])

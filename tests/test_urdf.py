@@ -6,8 +6,8 @@ import pytest
 import yourdfpy
 from bodies import BODIES, LOADED, MALE, random_states
 
-from human_gait.body import dh, skeleton
-from human_gait.body.model import build_model
+from human_gait.body import dh
+from human_gait.body.limits import position_limits
 from human_gait.body.urdf import _roll_pitch_yaw, urdf_text
 from human_gait.checks.engines import drake_plant
 
@@ -21,7 +21,7 @@ def body(request):
 
 def test_frames_in_pinocchio_are_the_dh_frames(body):
     """1e-12: rounding of a chain of some 25 transformations of a 2 m body, with a wide margin."""
-    model = build_model(body)
+    model = body.pinocchio_model()
     data = model.createData()
     q, _, _ = random_states(10)
     _, A = dh.frames(body.table, q)
@@ -56,7 +56,7 @@ def test_frames_in_yourdfpy_are_the_dh_frames(tmp_path: Path):
 
 
 def test_contact_points_are_named_frames_of_the_model(body):
-    model = build_model(body)
+    model = body.pinocchio_model()
     data = model.createData()
     q = random_states(1)[0][0]
     pin.framesForwardKinematics(model, data, q)
@@ -69,15 +69,15 @@ def test_contact_points_are_named_frames_of_the_model(body):
 
 
 def test_readers_find_the_mass_of_the_body(body):
-    assert pin.computeTotalMass(build_model(body)) == pytest.approx(body.total_mass, rel=1e-14)
+    assert pin.computeTotalMass(body.pinocchio_model()) == pytest.approx(body.total_mass, rel=1e-14)
     plant = drake_plant(body)
     mass = plant.CalcTotalMass(plant.CreateDefaultContext())
     assert mass == pytest.approx(body.total_mass, rel=1e-14)
 
 
 def test_readers_find_the_joint_limits(body):
-    lower, upper = skeleton.position_limits()
-    model, plant = build_model(body), drake_plant(body)
+    lower, upper = position_limits()
+    model, plant = body.pinocchio_model(), drake_plant(body)
     np.testing.assert_array_equal(model.lowerPositionLimit, lower)
     np.testing.assert_array_equal(model.upperPositionLimit, upper)
     np.testing.assert_array_equal(plant.GetPositionLowerLimits(), lower)

@@ -13,10 +13,11 @@ from human_gait.newton import interior_point
 from human_gait.newton.active_set import LOST, OPTIMAL
 from human_gait.newton.nonlinear_program import End
 from human_gait.problem.program import LIMITS, SYMMETRY, build_program
+from human_gait.results.names import MULTIPLIERS
 from human_gait.solving import solver as room
 from human_gait.solving.solver import solve
 from human_gait.solving.starts import WARM, Start, climb
-from human_gait.solving.warm_start import FILE, adapted, fitting, load_multipliers, save_multipliers
+from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
 
 FORWARD = index("pelvis_tz")
 JOINTS = np.delete(np.arange(N_DOF), FORWARD)
@@ -52,7 +53,7 @@ def assert_same(found, expected):
 def test_multipliers_are_read_as_they_were_written(tmp_path):
     written = prices(PROGRAM)
     save_multipliers(written, tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == [FILE]
+    assert [path.name for path in tmp_path.iterdir()] == [MULTIPLIERS]
     assert_same(load_multipliers(tmp_path), written)
 
 
@@ -66,9 +67,9 @@ def test_no_multipliers_are_no_file_and_no_file_is_no_multipliers(tmp_path):
 @pytest.mark.parametrize("damage", ["text", "cut", "flipped", "empty", "one array"])
 def test_a_damaged_file_is_named(tmp_path, damage):
     save_multipliers(prices(PROGRAM), tmp_path)
-    content = (tmp_path / FILE).read_bytes()
+    content = (tmp_path / MULTIPLIERS).read_bytes()
     middle = len(content) // 2
-    (tmp_path / FILE).write_bytes(
+    (tmp_path / MULTIPLIERS).write_bytes(
         {
             "text": b"multipliers",
             "cut": content[:middle],
@@ -78,9 +79,9 @@ def test_a_damaged_file_is_named(tmp_path, damage):
         }[damage]
     )
     if damage == "one array":
-        with (tmp_path / FILE).open("wb") as file:
+        with (tmp_path / MULTIPLIERS).open("wb") as file:
             np.save(file, np.ones(3))
-    with pytest.raises(ResultError, match=FILE):
+    with pytest.raises(ResultError, match=MULTIPLIERS):
         load_multipliers(tmp_path)
 
 
@@ -98,8 +99,8 @@ def test_a_damaged_file_is_named(tmp_path, damage):
     ids=["nan", "infinite", "matrix", "scalar", "text", "complex", "object"],
 )
 def test_what_is_no_list_of_finite_numbers_is_refused(tmp_path, odd):
-    np.savez(tmp_path / FILE, allow_pickle=True, **{"contact position": odd})
-    with pytest.raises(ResultError, match=FILE):
+    np.savez(tmp_path / MULTIPLIERS, allow_pickle=True, **{"contact position": odd})
+    with pytest.raises(ResultError, match=MULTIPLIERS):
         load_multipliers(tmp_path)
 
 

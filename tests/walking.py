@@ -2,10 +2,11 @@
 
 from functools import cache
 
-from human_gait.body.links import make_body
+from human_gait.body.person import make_body
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
 from human_gait.walk.contact_plan import ContactPlan
+from human_gait.walk.cycle import step_cycle
 from human_gait.walk.gait import Gait
 from human_gait.walk.initial_guess import initial_guess
 
@@ -22,6 +23,6 @@ def guessed_gait(load_mass=0.0):
         }
     )
     body = make_body(scenario.subject, scenario.load)
-    basis = Basis.uniform(scenario.walk.step_time, 9)
+    basis = Basis.uniform(step_cycle(scenario.walk), 9)
     free = initial_guess(scenario, body, ContactPlan(scenario, body), basis)
-    return Gait(scenario, basis.breaks, basis.expand(free, scenario.walk.step_length))
+    return Gait(scenario, basis.breaks, basis.expand(free))

@@ -1,4 +1,4 @@
-"""Processes that write results into a folder and fail on the way; run by `test_result_folder`.
+"""Processes that write results into a folder and fail on the way; run by `test_folder`.
 
 python writers.py kill|full|stop|together FOLDER [exchange|renames|one-by-one]
 
@@ -21,6 +21,7 @@ from walking import guessed_gait
 
 from human_gait.exceptions import ResultError
 from human_gait.prediction import OURS
+from human_gait.results import exchange
 from human_gait.results import folder as result_folder
 from human_gait.walk.gait_cycle import save_gait_cycle
 from human_gait.walk.gait_file import load_gait, save_gait
@@ -29,7 +30,7 @@ DERIVED = [name for name in OURS if name not in ("gait.npz", "gait_cycle.csv", "
 LOADS = (0.0, 10.0, 20.0)
 STEPS = {
     os: ["replace", "rename", "fsync", "mkdir", "link", "unlink", "rmdir", "open"],
-    result_folder: ["_exchange", "_carry"],
+    exchange: ["exchange", "carry"],
     shutil: ["rmtree"],
 }
 FULL = 10_000  # bytes that fit on the disk, at the first try
@@ -189,9 +190,9 @@ def main(how, folder, way="exchange"):
     for load in LOADS:
         content(load)
     if way == "renames":
-        result_folder._exchange = result_folder._rename_both
+        exchange.exchange = exchange.rename_both
     if way == "one-by-one":
-        result_folder._can_move = lambda _: False
+        result_folder.can_move = lambda _: False
     if how == "together":
         together(folder)
         return

@@ -23,6 +23,7 @@ import numpy.typing as npt
 from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.scenario import Subject
+from human_gait.values import Value
 
 Table = Mapping[tuple[str, str], float]
 Values = Mapping[str, float]
@@ -39,8 +40,8 @@ _TRUNK_JOINTS = {
 _TO_THE_RIGHT = np.array([-1.0, 1.0, 1.0])
 
 
-@dataclass(frozen=True)
-class Segment:
+@dataclass(frozen=True, eq=False)
+class Segment(Value):
     """A rigid segment in anatomical axes.
 
     Attributes
@@ -70,8 +71,8 @@ class Segment:
         return Segment(self.mass, self.com * _TO_THE_RIGHT, self.inertia * flip)
 
 
-@dataclass(frozen=True)
-class Anthropometry:
+@dataclass(frozen=True, eq=False)
+class Anthropometry(Value):
     """Measures of one subject.
 
     Attributes

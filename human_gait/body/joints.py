@@ -14,15 +14,16 @@ import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.dh import frames
-from human_gait.body.links import Body, anatomical_to_link
+from human_gait.body.links import Links, anatomical_to_link
 from human_gait.body.skeleton import N_DOF, PARENT, SEGMENTS
+from human_gait.values import Value
 
 WORLD = "ground"
 """What the pelvis hangs on."""
 
 
-@dataclass(frozen=True)
-class SegmentJoint:
+@dataclass(frozen=True, eq=False)
+class SegmentJoint(Value):
     """A segment and the joint that it hangs on.
 
     Attributes
@@ -44,7 +45,7 @@ class SegmentJoint:
     offset: FloatArray
 
 
-def segment_joints(body: Body) -> tuple[SegmentJoint, ...]:
+def segment_joints(body: Links) -> tuple[SegmentJoint, ...]:
     """Return the joints of all segments of a body, parents first."""
     P, _ = frames(body.table, np.zeros(N_DOF))
     segment_of = {link: segment for segment, link in SEGMENTS.items()}
@@ -61,7 +62,7 @@ def segment_joints(body: Body) -> tuple[SegmentJoint, ...]:
     return tuple(found)
 
 
-def segment_frames(body: Body, q: FloatArray) -> FloatArray:
+def segment_frames(body: Links, q: FloatArray) -> FloatArray:
     """Return the frames of the segments in the world, (..., n, 4, 4), at postures q (..., 55)."""
     links = np.array(list(SEGMENTS.values()))
     _, A = frames(body.table, q)

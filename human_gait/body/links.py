@@ -1,21 +1,23 @@
-"""The body that the dynamics moves: DH table, rigid links, load on the back, points of the feet."""
+"""What the dynamics moves: DH table, rigid links, load on the back, points of the feet."""
+
+from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
-from human_gait.arrays import FloatArray
+from human_gait.arrays import FloatArray, IntArray
 from human_gait.body import skeleton
 from human_gait.body.anthropometry import Anthropometry, Segment, body_measures, symmetric_inertia
 from human_gait.body.dh import DHTable, constant, dh_table, frames, inverse
 from human_gait.scenario import Load, Subject
+from human_gait.values import Value
 
 GRAVITY = np.array([0.0, -skeleton.GRAVITY, 0.0])
 """Acceleration of gravity in the world, [m/s^2]."""
 
-SIDES = ("r", "l")
 CONTACT_POINTS = ("heel", "ball_medial", "ball_lateral", "toe")
 """Points that touch the ground (Fig. 6)."""
 
@@ -32,8 +34,8 @@ OUTLINE_POINTS = (
 _TIP_TAPER = 0.6  # breadth of the foot at the toe tips against the ball: assumed
 
 
-@dataclass(frozen=True)
-class FootPoints:
+@dataclass(frozen=True, eq=False)
+class FootPoints(Value):
     """Points of the sole, right foot first.
 
     Attributes
@@ -46,18 +48,19 @@ class FootPoints:
     """
 
     names: tuple[str, ...]
-    links: npt.NDArray[np.intp]
+    links: IntArray
     points: FloatArray
 
 
-@dataclass(frozen=True)
-class Body:
+@dataclass(frozen=True, eq=False)
+class Links(Value):
     """One person and the load on the back, as rigid links in the DH frames.
 
     Attributes
     ----------
-    subject, load, measures :
-        What the body was made from.
+    subject : Subject
+    load : Load
+    measures : Anthropometry
     table : DHTable
     mass : (55,) array, [kg]
     com : (55, 3) array, [m]
@@ -85,6 +88,21 @@ class Body:
     load_inertia: FloatArray
     contact: FootPoints
     outline: FootPoints
+
+    @classmethod
+    def of(cls, subject: Subject, load: Load) -> Self:
+        """Return the links of a subject who carries a load; their arrays cannot be written to."""
+        measures = body_measures(subject)
+        table = dh_table(measures)
+        to_link = anatomical_to_link(table)
+        box = symmetric_inertia(load.mass, np.square(load.size) / 12)
+        carried = Segment(load.mass, np.array(load.position), box)
+        rigid = _links(measures.segments, to_link)
+        hung = _in_link(carried, to_link[skeleton.SEGMENTS["thorax"]])
+        feet = (
+            _foot_points(names, measures, to_link) for names in (CONTACT_POINTS, OUTLINE_POINTS)
+        )
+        return cls(subject, load, measures, table, *rigid, *hung, *feet).frozen()
 
     @property
     def total_mass(self) -> float:
@@ -116,23 +134,6 @@ def _pseudo_inertia(mass: FloatArray, com: FloatArray, inertia: FloatArray) -> F
     return J
 
 
-def make_body(subject: Subject, load: Load | None = None) -> Body:
-    """Return the body of a subject who carries a load (none by default)."""
-    load = Load() if load is None else load
-    measures = body_measures(subject)
-    table = dh_table(measures)
-    to_link = anatomical_to_link(table)
-    mass, com, inertia = _links(measures.segments, to_link)
-    box = symmetric_inertia(load.mass, np.square(load.size) / 12)
-    carried = Segment(load.mass, np.array(load.position), box)
-    load_com, load_inertia = _in_link(carried, to_link[skeleton.SEGMENTS["thorax"]])
-    contact = _foot_points(CONTACT_POINTS, measures, to_link)
-    outline = _foot_points(OUTLINE_POINTS, measures, to_link)
-    return Body(
-        subject, load, measures, table, mass, com, inertia, load_com, load_inertia, contact, outline
-    )
-
-
 def anatomical_to_link(table: DHTable) -> FloatArray:
     """Return (55, 4, 4) from anatomical axes at the proximal joint to the DH frame, at q = 0."""
     P, A = frames(table, np.zeros(skeleton.N_DOF))
@@ -160,8 +161,10 @@ def _links(
 def _foot_points(
     names: tuple[str, ...], measures: Anthropometry, to_link: FloatArray
 ) -> FootPoints:
-    links = np.array([[_foot_link(name, side) for name in names] for side in SIDES])
-    sole = [[_sole_point(name, measures.lengths, side) for name in names] for side in SIDES]
+    links = np.array([[_foot_link(name, side) for name in names] for side in skeleton.SIDES])
+    sole = [
+        [_sole_point(name, measures.lengths, side) for name in names] for side in skeleton.SIDES
+    ]
     points = np.einsum("...ij,...j->...i", to_link[links], np.array(sole))
     return FootPoints(names, links, points[..., :3])
 

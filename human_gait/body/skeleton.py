@@ -1,8 +1,8 @@
-"""The 55 degrees of freedom: order, names, tree, mirror map and limits; no measures of a subject.
+"""The 55 degrees of freedom: order, names, tree and mirror map; no measures of a subject.
 
 The paper's numbers 1-55 are the indices 0-54 here: six global DOF, right leg, left leg, spine,
-right arm, left arm, head. The paper prints no names, no limits and no DH table: they are those of
-``data/dh_table.csv`` and ``data/joint_limits.csv``.
+right arm, left arm, head. The paper prints no names and no DH table: they are those of
+``data/dh_table.csv``.
 """
 
 from collections.abc import Mapping
@@ -15,10 +15,15 @@ import numpy.typing as npt
 
 from human_gait import data
 from human_gait.arrays import FloatArray, IntArray
-from human_gait.scenario import Subject
 
 GRAVITY = 9.81
 """Acceleration of gravity, [m/s^2]."""
+
+SIDES = ("r", "l")
+"""How names of one side of the body end, right first: by number of the foot."""
+
+SIDES_IN_WORDS = ("right", "left")
+"""The same for people to read."""
 
 _PELVIS = {  # axes of the world: x left, y up, z forward
     "tx": "sideways",
@@ -29,7 +34,6 @@ _PELVIS = {  # axes of the world: x left, y up, z forward
     "rz": "obliquity",
 }
 _JOINTS = [row for row in data.rows("dh_table") if row["kind"] == "joint"]
-_LIMITS = data.rows("joint_limits")
 
 DOF_NAMES: tuple[str, ...] = tuple(row["name"] for row in _JOINTS)
 """Names of the degrees of freedom, in the paper's order."""
@@ -77,8 +81,8 @@ def in_words(name: str) -> str:
     if name.startswith("pelvis_"):
         return f"pelvis {_PELVIS[name.removeprefix('pelvis_')]}"
     stem, _, side = name.rpartition("_")
-    sides = {"r": "right ", "l": "left "}
-    words = (sides[side] + stem if side in sides else name).replace("_", " ")
+    sides = dict(zip(SIDES, SIDES_IN_WORDS, strict=True))
+    words = (f"{sides[side]} {stem}" if side in sides else name).replace("_", " ")
     return words.replace("spine", "spine ").replace(" lateral", " lateral bending")
 
 
@@ -116,38 +120,3 @@ def mirror(q: npt.NDArray[Any]) -> npt.NDArray[Any]:
     from one step to the next the caller adds the step length.
     """
     return q[..., MIRROR_INDEX] * MIRROR_SIGN
-
-
-def position_limits() -> tuple[FloatArray, FloatArray]:
-    """Return the lower and the upper limits of all DOF, each (55,), [rad] and [m]."""
-    unit = [np.deg2rad(1.0) if row["unit"] == "deg" else 1.0 for row in _LIMITS]
-    lower, upper = (np.array([float(row[side]) for row in _LIMITS]) for side in ("lower", "upper"))
-    return lower * unit, upper * unit
-
-
-def torque_limits(subject: Subject, deviations: float = 2.0) -> tuple[FloatArray, FloatArray]:
-    """Return the lower and the upper strength limits, each (55,), [N m].
-
-    Parameters
-    ----------
-    subject : Subject
-        Where the source gives strength per body weight times stature, it is scaled by both.
-    deviations : float
-        Standard deviations above the mean strength, where the source has them: walking alone
-        takes about the mean strength of the ankle.
-
-    Returns
-    -------
-    tuple of (55,) arrays
-        Infinite for the global DOF, which the ground reaction balances.
-    """
-    lower = [_strength(row, "min", -deviations, subject) for row in _LIMITS]
-    upper = [_strength(row, "max", deviations, subject) for row in _LIMITS]
-    return np.array(lower), np.array(upper)
-
-
-def _strength(row: Mapping[str, str], side: str, deviations: float, subject: Subject) -> float:
-    if not row["torque_unit"]:
-        return float("-inf") if side == "min" else float("inf")
-    unit = subject.mass * GRAVITY * subject.stature if row["torque_unit"] == "BW H" else 1.0
-    return unit * (float(row[f"torque_{side}"]) + deviations * float(row[f"torque_{side}_sd"]))

@@ -16,8 +16,9 @@ from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.body import skeleton
 from human_gait.body.anthropometry import Anthropometry
-from human_gait.body.dh import DHTable, constant, dh_matrix
-from human_gait.body.links import Body, anatomical_to_link
+from human_gait.body.dh import constant, joint_origins, link_to_dh
+from human_gait.body.limits import position_limits, torque_limits
+from human_gait.body.links import Links, anatomical_to_link
 
 COLOURS = {
     "skin": "0.87 0.68 0.55 1",
@@ -47,7 +48,7 @@ LINK_NAMES = _numbered("l", _bare_links())
 """Names of the 55 links in URDF: ``l06_pelvis`` ..."""
 
 
-def urdf_text(body: Body) -> str:
+def urdf_text(body: Links) -> str:
     """Return the URDF of a body; the same text for the same body."""
     robot = ET.Element("robot", name="human")
     for name, rgba in COLOURS.items():
@@ -65,21 +66,7 @@ def urdf_text(body: Body) -> str:
     return ET.tostring(robot, encoding="unicode") + "\n"
 
 
-def link_to_dh(table: DHTable) -> FloatArray:
-    """Return the K_i of A_i = U_i K_i, (55, 4, 4): the part of a DH row after the motion."""
-    after = np.where(table.prismatic, 0.0, table.d)
-    return constant(dh_matrix(0.0, after, table.a, table.alpha))
-
-
-def joint_origins(table: DHTable) -> FloatArray:
-    """Return K_p B_i Rz(theta_offset) of each joint, (55, 4, 4): from link p to link i at q = 0."""
-    before = np.where(table.prismatic, table.d, 0.0)
-    offset = constant(dh_matrix(table.theta_offset, before, 0.0, 0.0))
-    of_parent = np.concatenate([link_to_dh(table), np.eye(4)[None]])[table.parent]
-    return constant(of_parent @ table.base @ offset)
-
-
-def _add_link(robot: ET.Element, body: Body, i: int, to_dh: FloatArray, place: FloatArray) -> None:
+def _add_link(robot: ET.Element, body: Links, i: int, to_dh: FloatArray, place: FloatArray) -> None:
     link = ET.SubElement(robot, "link", name=LINK_NAMES[i])
     if body.mass[i] > 0:
         com = to_dh[:3, :3] @ body.com[i] + to_dh[:3, 3]
@@ -112,11 +99,11 @@ def _add_joint(robot: ET.Element, i: int, origin: FloatArray, limits: dict[str, 
     ET.SubElement(joint, "limit", limits)
 
 
-def _limits(body: Body) -> list[dict[str, str]]:
+def _limits(body: Links) -> list[dict[str, str]]:
     """Return the limits of all joints: effort 0 without a muscle; URDF demands a velocity."""
-    strength = np.abs(skeleton.torque_limits(body.subject)).max(axis=0)
+    strength = np.abs(torque_limits(body.subject)).max(axis=0)
     efforts = np.where(np.isfinite(strength), strength, 0.0)
-    texts = ([_text([x]) for x in each] for each in (*skeleton.position_limits(), efforts))
+    texts = ([_text([x]) for x in each] for each in (*position_limits(), efforts))
     return [
         {"lower": lower, "upper": upper, "effort": effort, "velocity": "100.0"}  # none is known
         for lower, upper, effort in zip(*texts, strict=True)
@@ -134,7 +121,7 @@ def _add_fixed(robot: ET.Element, name: str, parent: str, origin: FloatArray) ->
     return link
 
 
-def _add_backpack(robot: ET.Element, body: Body, to_dh: FloatArray) -> None:
+def _add_backpack(robot: ET.Element, body: Links, to_dh: FloatArray) -> None:
     """Hang the load on the thorax, in anatomical axes about its centre; a force has no mass."""
     thorax = skeleton.SEGMENTS["thorax"]
     turn = anatomical_to_link(body.table)[thorax]
@@ -149,7 +136,7 @@ def _add_backpack(robot: ET.Element, body: Body, to_dh: FloatArray) -> None:
     ET.SubElement(visual, "material", name="backpack")
 
 
-def _add_capsules(link: ET.Element, body: Body, i: int, place: FloatArray) -> None:
+def _add_capsules(link: ET.Element, body: Links, i: int, place: FloatArray) -> None:
     """Draw the segment of link i as in ``data/capsules.csv``, which gives the left side.
 
     The table is in anatomical axes, whose place (4, 4) is in the link.

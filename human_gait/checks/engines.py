@@ -19,12 +19,15 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
 
 from human_gait.arrays import FloatArray
-from human_gait.body.links import GRAVITY, Body
+from human_gait.body.dh import link_to_dh
+from human_gait.body.links import GRAVITY
 from human_gait.body.model import build_model
+from human_gait.body.person import Body
 from human_gait.body.skeleton import N_DOF
-from human_gait.body.urdf import JOINT_NAMES, LINK_NAMES, link_to_dh, urdf_text
+from human_gait.body.urdf import JOINT_NAMES, LINK_NAMES
 from human_gait.dynamics.recursive_lagrangian import ExternalLoad, inverse_dynamics
 from human_gait.exceptions import ModelError
+from human_gait.values import Value
 
 Motion = tuple[FloatArray, FloatArray, FloatArray]
 """q, v, a (K, 55), [rad] and [m], their rates per s and per s^2."""
@@ -64,7 +67,7 @@ class PinocchioEngine:
     """Pinocchio's recursive Newton-Euler algorithm on the URDF."""
 
     def __init__(self, body: Body) -> None:
-        self._model = build_model(body)
+        self._model = build_model(body.urdf, body)  # its own: nothing that the walk has touched
         self._data = self._model.createData()
         self._to_dh = link_to_dh(body.table)
 
@@ -89,8 +92,8 @@ class PinocchioEngine:
         return forces
 
 
-@dataclass(frozen=True)
-class Mechanics:
+@dataclass(frozen=True, eq=False)
+class Mechanics(Value):
     """What a motion of K instants amounts to.
 
     Attributes
@@ -211,7 +214,7 @@ def drake_plant(body: Body) -> MultibodyPlant:
         If Drake numbers the joints in another order.
     """
     plant = MultibodyPlant(0.0)
-    Parser(plant).AddModelsFromString(urdf_text(body), "urdf")
+    Parser(plant).AddModelsFromString(body.urdf, "urdf")
     plant.mutable_gravity_field().set_gravity_vector(GRAVITY)
     plant.Finalize()
     places = [plant.GetJointByName(name).position_start() for name in JOINT_NAMES]

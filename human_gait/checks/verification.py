@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from human_gait.arrays import FloatArray
 from human_gait.body.dh import frames
+from human_gait.body.limits import joint_limits
 from human_gait.body.links import GRAVITY
-from human_gait.body.skeleton import DOF_NAMES, SEGMENTS, index, mirror
+from human_gait.body.skeleton import SEGMENTS, index
 from human_gait.checks.engines import (
     DrakeEngine,
     Engine,
@@ -27,7 +28,6 @@ from human_gait.checks.engines import (
 from human_gait.dynamics.inverse_dynamics import FOOT_LINKS
 from human_gait.dynamics.recursive_lagrangian import ExternalLoad
 from human_gait.dynamics.tissues import PassiveJoints
-from human_gait.problem.constraints import joint_limits
 from human_gait.walk.contact_plan import HEEL, LEFT, RIGHT, TOE, ContactPlan
 from human_gait.walk.gait import Gait, Samples, onward
 from human_gait.walk.gait_file import Record, carried_mass
@@ -176,7 +176,7 @@ def _muscles(gait: Gait, now: Samples, peak: float) -> Check:
 
 def _next_step(gait: Gait, now: Samples, drake: DrakeEngine, peak: float) -> Check:
     """The mirror image of the step is a motion of the same body: the stride goes on, Eq. (26)."""
-    second = onward(now, np.ones(len(now.t), dtype=int), gait.step_length)
+    second = onward(now, np.ones(len(now.t), dtype=int), gait.cycle)
     torques = drake.torques((second.q, second.v, second.a), _loads(gait, second))
     return _torques("next step's torques off Drake's", second, torques, peak)
 
@@ -381,7 +381,7 @@ def _slip(gait: Gait, now: Samples) -> Check:
 
     The left foot stands through this step and, trailing, through the double support of the next.
     """
-    second = onward(now, np.ones(len(now.t), dtype=int), gait.step_length)
+    second = onward(now, np.ones(len(now.t), dtype=int), gait.cycle)
     points = np.concatenate([now.points[:, LEFT], second.points[:, LEFT]])
     leading, trailing = gait.plan.contact(now.t).swapaxes(0, 1)[::-1]
     standing = np.concatenate([leading, trailing])
@@ -407,7 +407,7 @@ def _walk(gait: Gait, now: Samples) -> list[Check]:
 
 def _joint_limits(gait: Gait, now: Samples) -> list[Check]:
     """Joint angles stay within their limits, and the pelvis aside and in height, Eq. (19)."""
-    lower, upper = joint_limits(gait.scenario, DOF_NAMES)
+    lower, upper = joint_limits(gait.scenario)
     outside = np.maximum(np.maximum(lower - now.q, now.q - upper), 0.0)
     return [
         _worst("joint limits exceeded", "deg", _EQUAL, np.rad2deg(outside[:, 3:]), now.t),
@@ -447,10 +447,9 @@ def _periodicity(gait: Gait, now: Samples) -> list[Check]:
 
     With the next step the mirror image, what is left at 2T is what was left at T, mirrored.
     """
-    forward = np.zeros(len(DOF_NAMES))
-    forward[index("pelvis_tz")] = gait.step_length
-    posture = np.abs(now.q[-1] - mirror(now.q[0]) - forward).max()
-    velocity = np.abs(now.v[-1] - mirror(now.v[0])).max()
+    cycle = gait.cycle
+    posture = np.abs(now.q[-1] - cycle.turned(now.q[0]) - cycle.advance).max()
+    velocity = np.abs(now.v[-1] - cycle.turned(now.v[0])).max()
     T = gait.step_time
     return [
         Check("posture not periodic", "rad, m", float(posture), 1e-6, T),

@@ -8,14 +8,16 @@ from types import MappingProxyType
 
 
 @cache
-def rows(table: str) -> tuple[Mapping[str, str], ...]:
-    """Return the rows of one of the package's CSV tables, keyed by column.
+def rows(table: str, package: str = __name__) -> tuple[Mapping[str, str], ...]:
+    """Return the rows of a CSV table, keyed by column.
 
     Parameters
     ----------
     table : str
         Name without extension: ``anthropometry``, ``dh_table``, ``joint_limits``, ``capsules``,
-        ``passive_joints``, ``markers``.
+        ``passive_joints``, ``markers``; or a path in another package.
+    package : str, optional
+        The package that holds it, where it is no table of the body.
     """
-    text = (files(__name__) / f"{table}.csv").read_text(encoding="utf-8")
+    text = (files(package) / f"{table}.csv").read_text(encoding="utf-8")
     return tuple(map(MappingProxyType, csv.DictReader(text.splitlines())))

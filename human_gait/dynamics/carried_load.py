@@ -12,7 +12,8 @@ import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.dh import frames, paths
-from human_gait.body.links import GRAVITY, Body
+from human_gait.body.links import GRAVITY
+from human_gait.body.person import Body
 from human_gait.body.skeleton import N_DOF, SEGMENTS
 from human_gait.dynamics.inverse_dynamics import InverseDynamics, linearised_load
 from human_gait.dynamics.jet import Linearised

@@ -17,13 +17,12 @@ import pinocchio as pin
 
 from human_gait.arrays import FloatArray
 from human_gait.body import dh
-from human_gait.body.links import SIDES, Body
-from human_gait.body.model import build_model
-from human_gait.body.skeleton import BRANCHES, N_DOF, SEGMENTS
-from human_gait.body.urdf import link_to_dh
+from human_gait.body.person import Body
+from human_gait.body.skeleton import BRANCHES, N_DOF, SEGMENTS, SIDES
 from human_gait.dynamics.jet import Linearised
 from human_gait.dynamics.recursive_lagrangian import inverse_dynamics_derivatives
 from human_gait.dynamics.spatial import cross, cross_force, cross_motion
+from human_gait.values import Value
 
 ENGINES = ("pinocchio", "dh")
 """What the dynamics can be computed with: Pinocchio, or the paper's recursion on the DH table."""
@@ -40,8 +39,8 @@ FOOT_LINKS = np.array([[SEGMENTS[f"foot_{side}"], SEGMENTS[f"toe_{side}"]] for s
 """(2, 2) links of a foot: rear foot and toes."""
 
 
-@dataclass(frozen=True)
-class InverseDynamics:
+@dataclass(frozen=True, eq=False)
+class InverseDynamics(Value):
     """Torques without ground reaction, and where the joints are.
 
     Attributes
@@ -83,7 +82,7 @@ class PinocchioDynamics:
     """The Pinocchio model of one body."""
 
     def __init__(self, body: Body) -> None:
-        self.model = build_model(body)
+        self.model = body.model
         self._data = self.model.createData()
 
     def inverse(self, q: FloatArray, v: FloatArray, a: FloatArray) -> InverseDynamics:
@@ -108,7 +107,7 @@ class RecursiveDynamics:
 
     def __init__(self, body: Body) -> None:
         self.body = body
-        self._to_links = dh.inverse(link_to_dh(body.table))
+        self._to_links = dh.inverse(dh.link_to_dh(body.table))
 
     def inverse(self, q: FloatArray, v: FloatArray, a: FloatArray) -> InverseDynamics:
         """Return torques and partials at K instants, q, v, a (K, 55)."""

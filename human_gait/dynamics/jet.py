@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from human_gait.arrays import FloatArray
+from human_gait.values import Value
 
 
-@dataclass(frozen=True)
-class Linearised:
+@dataclass(frozen=True, eq=False)
+class Linearised(Value):
     """A quantity at K instants and its gradient in the S = 165 of the state (q, v, a).
 
     Attributes
@@ -33,8 +34,8 @@ class Linearised:
         return Linearised(self.value - other.value, self.partials - other.partials)
 
 
-@dataclass(frozen=True)
-class Jet:
+@dataclass(frozen=True, eq=False)
+class Jet(Value):
     """A quantity at K instants with its first and second derivatives in a few (S) variables.
 
     Arithmetic follows the sum, product and quotient rules; anything that is not a Jet is constant.

@@ -41,13 +41,14 @@ import numpy as np
 import numpy.typing as npt
 
 from human_gait.body import dh
-from human_gait.body.links import GRAVITY, Body
+from human_gait.body.links import GRAVITY, Links
+from human_gait.values import Value
 
 Array = npt.NDArray[Any]
 
 
-@dataclass(frozen=True)
-class ExternalLoad:
+@dataclass(frozen=True, eq=False)
+class ExternalLoad(Value):
     """A force and a moment that act on the body, constant in the world.
 
     Attributes
@@ -83,8 +84,8 @@ class TorqueDerivatives(NamedTuple):
     dtau_da: Array
 
 
-@dataclass(frozen=True)
-class _Motion:
+@dataclass(frozen=True, eq=False)
+class _Motion(Value):
     """What the backward recursion needs of the forward one; index 0 of the lists is the base."""
 
     Q: Array  # dT_j/dq_j = T_j Q_j, (55, 4, 4)
@@ -99,13 +100,13 @@ class _Motion:
 
 
 def inverse_dynamics(
-    body: Body, q: Array, v: Array, a: Array, loads: Sequence[ExternalLoad] = ()
+    body: Links, q: Array, v: Array, a: Array, loads: Sequence[ExternalLoad] = ()
 ) -> Array:
     """Return the joint torques (and forces, along the global translations) of a motion, Eq. (9).
 
     Parameters
     ----------
-    body : Body
+    body : Links
     q, v, a : (..., 55) arrays, real or complex, [rad] and [m], their rates per s and per s^2
         The leading axes, such as instants, broadcast among each other and with those of the loads.
     loads : sequence of ExternalLoad
@@ -124,13 +125,13 @@ def inverse_dynamics(
 
 
 def inverse_dynamics_derivatives(
-    body: Body, q: Array, v: Array, a: Array, loads: Sequence[ExternalLoad] = ()
+    body: Links, q: Array, v: Array, a: Array, loads: Sequence[ExternalLoad] = ()
 ) -> TorqueDerivatives:
     """Return the joint torques and their derivatives in the state, Eqs. (14)-(16).
 
     Parameters
     ----------
-    body : Body
+    body : Links
     q, v, a : (..., 55) arrays, [rad] and [m], their rates per s and per s^2
         As for `inverse_dynamics`.
     loads : sequence of ExternalLoad
@@ -188,7 +189,7 @@ def _steps(table: dh.DHTable, q: Array, v: Array, a: Array) -> Array:
 
 
 def _backward(
-    body: Body, motion: _Motion, loads: Sequence[ExternalLoad]
+    body: Links, motion: _Motion, loads: Sequence[ExternalLoad]
 ) -> tuple[list[Array], list[Array]]:
     """Return H_i^T = (D_i - E_i g^T - W_i)^T and G_i, from the tips to the base, Eqs. (10)-(13)."""
     H, G = _own_terms(body, motion, loads)
@@ -200,7 +201,7 @@ def _backward(
 
 
 def _own_terms(
-    body: Body, motion: _Motion, loads: Sequence[ExternalLoad]
+    body: Links, motion: _Motion, loads: Sequence[ExternalLoad]
 ) -> tuple[list[Array], list[Array]]:
     """Return the terms of Eqs. (10)-(13) that belong to each link itself."""
     H: list[Array] = [np.zeros((3, 4))]
@@ -233,7 +234,7 @@ def _forward_sensitivities(table: dh.DHTable, motion: _Motion) -> list[Array]:
     return S
 
 
-def _backward_sensitivities(body: Body, motion: _Motion, S: list[Array]) -> list[Array]:
+def _backward_sensitivities(body: Links, motion: _Motion, S: list[Array]) -> list[Array]:
     """Return what D_i^T becomes with dA, dV, dC in place of C_i, (..., 9 d_i, 4), the base first.
 
     They are the derivatives of D_i^T by a, half of those by v, and those by q.

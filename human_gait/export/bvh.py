@@ -15,7 +15,7 @@ import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.joints import WORLD, SegmentJoint, segment_joints
-from human_gait.body.links import Body
+from human_gait.body.person import Body
 from human_gait.body.skeleton import PRISMATIC
 
 Channel = tuple[str, int, float]

@@ -10,11 +10,10 @@ from types import MappingProxyType
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.urdf import urdf_text
-from human_gait.export import opensim as opensim_files
-from human_gait.export import tables
+from human_gait.export import opensim_tables, tables
 from human_gait.export.bvh import save_bvh
 from human_gait.export.markers import save_c3d, save_trc
+from human_gait.export.opensim import save_model
 from human_gait.export.trajectory import save_trajectory_csv, save_trajectory_json
 from human_gait.results import names
 from human_gait.results.folder import replaced_folder
@@ -34,7 +33,7 @@ OpenSim differentiates and filters them, which needs neighbours.
 
 
 @dataclass(frozen=True)
-class Stride:
+class SampledStride:
     """One stride, from left heel strike to left heel strike, sampled evenly.
 
     Attributes
@@ -53,49 +52,49 @@ class Stride:
     padded: Samples
 
 
-def _mot(stride: Stride, folder: Path) -> None:
-    opensim_files.save_coordinates(stride.padded, folder / names.COORDINATES)
+def _mot(stride: SampledStride, folder: Path) -> None:
+    opensim_tables.save_coordinates(stride.padded, folder / names.OPENSIM_COORDINATES)
 
 
-def _grf(stride: Stride, folder: Path) -> None:
-    opensim_files.save_ground_reaction(stride.padded, folder / names.FORCES)
-    opensim_files.save_external_loads(folder / names.LOADS)
+def _grf(stride: SampledStride, folder: Path) -> None:
+    opensim_tables.save_ground_reaction(stride.padded, folder / names.OPENSIM_FORCES)
+    opensim_tables.save_external_loads(folder / names.OPENSIM_LOADS)
 
 
-def _sto(stride: Stride, folder: Path) -> None:
-    opensim_files.save_torques(stride.padded, folder / names.TORQUES)
+def _sto(stride: SampledStride, folder: Path) -> None:
+    opensim_tables.save_torques(stride.padded, folder / names.OPENSIM_TORQUES)
 
 
-def _osim(stride: Stride, folder: Path) -> None:
-    opensim_files.save_model(stride.gait.body, folder / names.MODEL)
+def _osim(stride: SampledStride, folder: Path) -> None:
+    save_model(stride.gait.body, folder / names.OPENSIM_MODEL)
 
 
-def _trc(stride: Stride, folder: Path) -> None:
+def _trc(stride: SampledStride, folder: Path) -> None:
     now = stride.samples
     save_trc(stride.gait.body, now.t, now.q, stride.rate, folder / names.MARKERS_TRC)
 
 
-def _c3d(stride: Stride, folder: Path) -> None:
+def _c3d(stride: SampledStride, folder: Path) -> None:
     save_c3d(stride.gait.body, stride.samples.q, stride.rate, folder / names.MARKERS_C3D)
 
 
-def _bvh(stride: Stride, folder: Path) -> None:
-    save_bvh(stride.gait.body, stride.samples.q, stride.rate, folder / names.MOTION)
+def _bvh(stride: SampledStride, folder: Path) -> None:
+    save_bvh(stride.gait.body, stride.samples.q, stride.rate, folder / names.ANIMATION)
 
 
-def _csv(stride: Stride, folder: Path) -> None:
+def _csv(stride: SampledStride, folder: Path) -> None:
     tables.save_joint_angles(stride.samples, folder / names.ANGLES_TABLE)
     tables.save_joint_torques(stride.samples, folder / names.TORQUES_TABLE)
     tables.save_ground_reaction(stride.samples, folder / names.FORCES_TABLE)
 
 
-def _urdf(stride: Stride, folder: Path) -> None:
-    (folder / names.ROBOT).write_text(urdf_text(stride.gait.body), encoding="utf-8")
+def _urdf(stride: SampledStride, folder: Path) -> None:
+    (folder / names.ROBOT).write_text(stride.gait.body.urdf, encoding="utf-8")
     save_trajectory_csv(stride.samples, folder / names.TRAJECTORY_CSV)
     save_trajectory_json(stride.samples, folder / names.TRAJECTORY_JSON)
 
 
-FORMATS: Mapping[str, Callable[[Stride, Path], None]] = MappingProxyType(
+FORMATS: Mapping[str, Callable[[SampledStride, Path], None]] = MappingProxyType(
     {
         "osim": _osim,
         "mot": _mot,
@@ -153,21 +152,21 @@ def _usual_rate(name: str) -> float:
     return OPENSIM_RATE if name in _FOR_OPENSIM else RATE
 
 
-def sampled(gait: Gait, rate: float) -> Stride:
+def sampled(gait: Gait, rate: float) -> SampledStride:
     """Return one stride of a gait, `rate` samples a second."""
     if not RATES[0] <= rate <= RATES[1]:
         raise ValueError(f"rate = {rate}: must be from {RATES[0]} to {RATES[1]} Hz")
     last, more = (int(np.floor(time * rate + 1e-9)) for time in (2 * gait.step_time, MARGIN))
     t = np.arange(-more, last + more + 1) / rate
     padded = _around_zero(gait, t)
-    return Stride(gait, rate, _cut(padded, slice(more, more + last + 1)), padded)
+    return SampledStride(gait, rate, _cut(padded, slice(more, more + last + 1)), padded)
 
 
 def _around_zero(gait: Gait, t: FloatArray) -> Samples:
     """Return the gait at times t (K,) >= -2 T: as a stride later, moved back by its length."""
     later = gait.instants(t + 2 * gait.step_time)
     back = np.full(len(t), -2, dtype=np.intp)
-    return onward(replace(later, t=t), back, gait.step_length)
+    return onward(replace(later, t=t), back, gait.cycle)
 
 
 def _cut(samples: Samples, part: slice) -> Samples:

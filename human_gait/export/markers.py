@@ -14,20 +14,21 @@ import numpy as np
 from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.body.joints import segment_frames
-from human_gait.body.links import Body
+from human_gait.body.person import Body
 from human_gait.body.skeleton import SEGMENTS
-from human_gait.export.opensim_axes import AXES, to_opensim
+from human_gait.export.opensim_format import AXES, to_opensim
+from human_gait.values import Value
 
 _MILLIMETRES = 1000.0
 _TRC_COUNTS = (
     *("DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units"),
     *("OrigDataRate", "OrigDataStartFrame", "OrigNumFrames"),
 )
-_SIDES = {"l": 1.0, "r": -1.0}  # the tables are those of the left side
+_OUTWARD = {"l": 1.0, "r": -1.0}  # the tables are those of the left side
 
 
-@dataclass(frozen=True)
-class Marker:
+@dataclass(frozen=True, eq=False)
+class Marker(Value):
     """One marker.
 
     Attributes
@@ -53,7 +54,7 @@ def marker_set(body: Body) -> tuple[Marker, ...]:
         if row["side"] == "mid":
             found.append(Marker(row["name"], row["segment"], place))
             continue
-        for side, out in _SIDES.items():
+        for side, out in _OUTWARD.items():
             segment = row["segment"]
             on = segment if segment in SEGMENTS else f"{segment}_{side}"
             found.append(Marker(side.upper() + row["name"], on, place * [out, 1.0, 1.0]))

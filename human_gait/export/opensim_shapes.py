@@ -12,7 +12,7 @@ from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.body.anthropometry import Anthropometry
 from human_gait.body.urdf import COLOURS
-from human_gait.export.opensim_axes import to_opensim
+from human_gait.export.opensim_format import numbers, to_opensim
 
 _TO_THE_RIGHT = np.array([-1.0, 1.0, 1.0])
 
@@ -71,8 +71,3 @@ def _from_y(along: FloatArray) -> FloatArray:
     """Return the angles of Rx Ry Rz, (3,), [rad], that turn y along a vector."""
     x, y, z = along
     return np.array([np.arctan2(z, y), 0.0, -np.arctan2(x, np.hypot(y, z))])
-
-
-def numbers(values: npt.ArrayLike) -> str:
-    """Return numbers that read back exactly."""
-    return " ".join(map(repr, np.ravel(np.asarray(values, dtype=np.float64)).tolist()))

@@ -16,10 +16,17 @@ from human_gait.exceptions import ResultError
 from human_gait.people.pictures import compare_figure
 from human_gait.people.reference import Cycle, Reference, Score, references_near, scores
 from human_gait.people.spatiotemporal import StepScore, step_scores
-from human_gait.results.folder import read_json, whole_file
+from human_gait.results.folder import whole_file
+from human_gait.results.names import (
+    COMPARISON_CSV,
+    COMPARISON_JSON,
+    COMPARISON_PNG,
+    GAIT_CYCLE,
+    SUMMARY,
+)
+from human_gait.results.reading import read_json
 from human_gait.walk.gait_cycle import label_and_unit, load_gait_cycle
 
-FILES = ("compare.json", "compare.csv", "compare.png")
 _COLUMNS = (
     "r",
     "RMSE",
@@ -78,8 +85,8 @@ def compare_folder(folder: str | Path) -> Comparison:
         If ``gait_cycle.csv`` or ``summary.json`` is missing or cannot be used.
     """
     folder = Path(folder)
-    cycle = load_gait_cycle(folder / "gait_cycle.csv")
-    speed, step_length = _speed_and_step_length(folder / "summary.json")
+    cycle = load_gait_cycle(folder / GAIT_CYCLE)
+    speed, step_length = _speed_and_step_length(folder / SUMMARY)
     measured = references_near(speed)
     try:
         found = tuple(score for reference in measured for score in scores(cycle, reference))
@@ -160,11 +167,11 @@ def save_comparison(comparison: Comparison, folder: str | Path) -> None:
     folder = Path(folder)
     figure = compare_figure(comparison.cycle, comparison.references)
     text = json.dumps(_plain(comparison), indent=2, allow_nan=False)
-    with whole_file(folder / "compare.json") as path:
+    with whole_file(folder / COMPARISON_JSON) as path:
         path.write_text(text + "\n", encoding="utf-8")
-    with whole_file(folder / "compare.csv") as path:
+    with whole_file(folder / COMPARISON_CSV) as path:
         path.write_text(_csv(comparison), encoding="utf-8")
-    with whole_file(folder / "compare.png") as path:
+    with whole_file(folder / COMPARISON_PNG) as path:
         figure.savefig(path, dpi=130)
 
 

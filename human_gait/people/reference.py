@@ -1,6 +1,6 @@
 """Measured gait, and how close a predicted gait cycle comes to it.
 
-The curves are those of ``data/reference``; its README names their sources and licences.
+The curves are those of ``people/measured``; its README names their sources and licences.
 
 References
 ----------
@@ -30,7 +30,7 @@ STANCE_THRESHOLD = 0.05
 """Vertical force of a foot that stands, [BW]; the measured stance begins and ends near it."""
 
 _MEAN_COLUMN = re.compile(r"(\w+)_mean_(deg|Nm_per_kg|BW)")
-_OWN_SIGN = {  # columns in the sign of their source, which is ours: see data/reference/README.md
+_OWN_SIGN = {  # columns in the sign of their source, which is ours: see measured/README.md
     "foreaft_Fx_raw_BW": "foreaft_forward_BW",
     "mediolateral_Fz_raw_BW": "mediolateral_medial_BW",
 }
@@ -117,7 +117,7 @@ class Score:
 @cache
 def references() -> tuple[Reference, ...]:
     """Return all measured curves that have a counterpart in the gait cycle."""
-    return tuple(_reference(row) for row in data.rows("reference/sources"))
+    return tuple(_reference(row) for row in data.rows("measured/sources", __package__))
 
 
 def references_near(speed: float) -> tuple[Reference, ...]:
@@ -133,7 +133,7 @@ def references_near(speed: float) -> tuple[Reference, ...]:
 def _reference(row: Mapping[str, str]) -> Reference:
     curves: dict[str, MeasuredCurve] = {}
     for file in row["files"].split():
-        curves |= _curves(f"reference/{file}")
+        curves |= _curves(f"measured/{file}")
     return Reference(
         row["name"],
         row["label"],
@@ -146,7 +146,7 @@ def _reference(row: Mapping[str, str]) -> Reference:
 
 
 def _curves(table: str) -> dict[str, MeasuredCurve]:
-    rows = data.rows(table)
+    rows = data.rows(table, __package__)
     columns = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
     percent = columns[next(iter(columns))]
     curves = {}

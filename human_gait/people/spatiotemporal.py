@@ -16,6 +16,8 @@ from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.people.reference import Cycle, references, stance, stance_of
 
+_TRIALS = "measured/fukuchi2018_h2a_spatiotemporal_by_subject"
+
 
 @dataclass(frozen=True)
 class StepScore:
@@ -84,11 +86,7 @@ class StepLengthRegression:
 @cache
 def step_length_regression() -> StepLengthRegression:
     """Return the regression of the young adults' step length on their speed."""
-    rows = [
-        row
-        for row in data.rows("reference/fukuchi2018_h2a_spatiotemporal_by_subject")
-        if row["age_group"] == "Young"
-    ]
+    rows = [row for row in data.rows(_TRIALS, __package__) if row["age_group"] == "Young"]
     speed, length = (
         np.array([float(row[name]) for row in rows]) for name in ("speed_m_per_s", "step_length_m")
     )

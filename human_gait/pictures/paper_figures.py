@@ -1,8 +1,4 @@
-"""Figures 7 to 12 of the paper, drawn from the results of its walks.
-
-The weights on the back are told apart by lightness, the heaviest darkest, and by line style; the
-other figures have the colours of `plots` and `plots_compare`.
-"""
+"""Figures 7 to 12 of the paper, drawn from the results of its walks."""
 
 from __future__ import annotations
 
@@ -11,43 +7,29 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Polygon
 
-from human_gait.arrays import FloatArray
-from human_gait.body import dh
-from human_gait.body.links import Body, anatomical_to_link
-from human_gait.body.skeleton import GRAVITY, SEGMENTS, index
 from human_gait.exceptions import ResultError
 from human_gait.people.pictures import draw_column
 from human_gait.people.reference import references, scores
-from human_gait.pictures.plots import (
-    BLACK,
-    CYCLE_LABEL,
-    DPI,
-    STYLE,
-    draw_sticks,
-    joint_torques,
-    mark_phases,
-    name_phases,
-    new_figure,
-    project,
-    second_scale,
-    side_style,
-    stick_diagram,
-    stick_figures,
+from human_gait.pictures.backpacks import (
+    PANEL_LETTERS,
+    backpack_postures,
+    knee_torques,
+    vertical_forces,
 )
+from human_gait.pictures.plots import joint_torques
+from human_gait.pictures.sticks import stick_diagram
+from human_gait.pictures.style import DPI, STYLE, new_figure
 from human_gait.results.folder import whole_file
+from human_gait.results.names import GAIT_FILE, SUMMARY
 from human_gait.scenario import Load, Scenario
 from human_gait.walk.gait import Gait
-from human_gait.walk.gait_cycle import PERCENT, gait_cycle, trunk_lean
-from human_gait.walk.gait_file import FILE, load_gait
+from human_gait.walk.gait_cycle import gait_cycle
+from human_gait.walk.gait_file import load_gait
 
 MAKE_TARGETS: Mapping[str, str] = {
     "normal": "normal",
@@ -59,24 +41,6 @@ MAKE_TARGETS: Mapping[str, str] = {
 """The results that the figures need, and the Make target that makes each."""
 
 _BACKPACKS = ("backpack-0", "backpack-20", "backpack-40")
-_POUND = 0.45359237  # [kg]
-_LOAD_STYLES: Sequence[Mapping[str, Any]] = (  # two blues of Okabe and Ito, and black
-    {"color": "#56B4E9", "linestyle": "-", "linewidth": 2.2},
-    {"color": "#0072B2", "linestyle": "--"},
-    {"color": BLACK, "linestyle": "-."},
-)
-_PANEL_LETTERS = "abc"
-_FRACTIONS = np.array([0.0, 1.0, 2.0]) / 3.0  # instants of Fig. 9, of the step
-_APART = 0.46  # figures of one panel of Fig. 9, of the stature
-_PACK, _PACK_EDGE = "#BDBDBD", "#6E6E6E"
-# Right, top and front, the faces that the oblique picture shows, of a box from -1 to 1.
-_PACK_FACES = np.array(
-    [
-        [[-1, -1, -1], [-1, -1, 1], [-1, 1, 1], [-1, 1, -1]],
-        [[-1, 1, -1], [-1, 1, 1], [1, 1, 1], [1, 1, -1]],
-        [[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]],
-    ]
-)
 _VALIDATED = {
     "knee_flexion_deg": "knee, flexion +",
     "ankle_dorsiflexion_deg": "ankle, dorsiflexion +",
@@ -114,7 +78,7 @@ def save_figures(results: str | Path, folder: str | Path) -> list[Path]:
 def failed_results(results: str | Path) -> list[Path]:
     """Return the folders of results whose ``summary.json`` says that no walk was found."""
     folders = [Path(results) / name for name in MAKE_TARGETS]
-    return [folder for folder in folders if _failed(folder / "summary.json")]
+    return [folder for folder in folders if _failed(folder / SUMMARY)]
 
 
 def _failed(summary: Path) -> bool:
@@ -135,10 +99,10 @@ def load_results(results: str | Path) -> dict[str, Gait]:
         the load.
     """
     folders = {name: Path(results) / name for name in MAKE_TARGETS}
-    missing = [name for name, folder in folders.items() if not (folder / FILE).is_file()]
+    missing = [name for name, folder in folders.items() if not (folder / GAIT_FILE).is_file()]
     if missing:
         places = ", ".join(f"{folders[name]} (make {MAKE_TARGETS[name]})" for name in missing)
-        raise ResultError(f"no {FILE} in {places}")
+        raise ResultError(f"no {GAIT_FILE} in {places}")
     gaits = {name: load_gait(folder) for name, folder in folders.items()}
     for name in _BACKPACKS[1:]:
         if _walk(gaits[name]) != _walk(gaits[_BACKPACKS[0]]):
@@ -152,133 +116,6 @@ def _walk(gait: Gait) -> Scenario:
     return replace(gait.scenario, name="any", load=Load())
 
 
-def backpack_postures(*gaits: Gait) -> Figure:
-    """Return one panel for each load, stick figures at the same instants of a step (Fig. 9)."""
-    figure = new_figure(9.6, 3.4)
-    panels = figure.subplots(1, len(gaits), sharex=True, sharey=True)
-    for letter, ax, gait in zip(_PANEL_LETTERS, panels, gaits, strict=False):
-        _draw_postures(ax, gait)
-        ax.set_title(f"({letter}) {load_label(gait)}", loc="left")
-        ax.margins(0.01)
-        ax.set_aspect("equal")
-        ax.axis("off")
-    _draw_scale_bar(panels[0])
-    figure.legend(handles=_posture_handles(), loc="outside upper center", ncols=4)
-    return figure
-
-
-def _draw_postures(ax: Axes, gait: Gait) -> None:
-    """Draw the stick figures of one walk, set apart; below each its instant and its lean."""
-    instants = gait.instants(_FRACTIONS * gait.step_time)
-    apart = _APART * gait.body.subject.stature * np.arange(len(_FRACTIONS))
-    ahead = np.stack([0 * apart, 0 * apart, apart - instants.q[:, index("pelvis_tz")]], axis=1)
-    sticks, packs = stick_figures(gait, instants), backpack_faces(gait.body, instants.q)
-    leans = np.rad2deg(trunk_lean(gait.body.table, instants.q))
-    for k, fraction in enumerate(_FRACTIONS):
-        for face in packs[k] if gait.scenario.load.mass else ():
-            outline = project(face + ahead[k])
-            ax.add_patch(Polygon(outline, facecolor=_PACK, edgecolor=_PACK_EDGE, zorder=1))
-        now = {part: points[k] + ahead[k] for part, points in sticks.items()}
-        draw_sticks(ax, now, gait.body.subject.stature)
-        text = f"{100 * fraction:.0f} % of step\nlean {leans[k]:.1f}°".replace(
-            "-", "\N{MINUS SIGN}"
-        )
-        ax.text(apart[k], -0.1, text, ha="center", va="top", fontsize=8)
-    ax.axhline(0.0, color="0.8", linewidth=0.8, zorder=0)
-
-
-def backpack_faces(body: Body, q: FloatArray) -> FloatArray:
-    """Return the corners of three faces (right, top, front) of the load, (K, 3, 4, 3), [m].
-
-    Parameters
-    ----------
-    body : Body
-    q : (K, 55) array, [rad] and [m]
-    """
-    thorax = SEGMENTS["thorax"]
-    corners = np.array(body.load.position) + _PACK_FACES * np.array(body.load.size) / 2
-    pose = dh.frames(body.table, q)[1][:, thorax] @ anatomical_to_link(body.table)[thorax]
-    turned = np.einsum("kij,fcj->kfci", pose[:, :3, :3], corners)
-    return np.asarray(turned + pose[:, None, None, :3, 3])
-
-
-def _draw_scale_bar(ax: Axes) -> None:
-    """Draw half a metre on the ground."""
-    start, end, low = -0.25, 0.25, -0.5
-    ax.plot([start, end], [low, low], color=BLACK, linewidth=1.2)
-    ax.text((start + end) / 2, low - 0.02, "0.5 m", ha="center", va="top", fontsize=8)
-
-
-def _posture_handles() -> list[Any]:
-    return [
-        Line2D([], [], label="right leg and arm", **side_style("leg_r")),
-        Line2D([], [], label="left leg and arm", **side_style("leg_l")),
-        Patch(facecolor=_PACK, edgecolor=_PACK_EDGE, label="backpack"),
-        Line2D([], [], linestyle="none", label="lean: of the trunk, forward +"),
-    ]
-
-
-def load_label(gait: Gait) -> str:
-    """Return what a walk carries, in pounds as in the paper and in kilograms."""
-    mass = gait.scenario.load.mass
-    return f"{mass / _POUND:.0f} lb ({mass:.1f} kg)"
-
-
-def vertical_forces(*gaits: Gait) -> Figure:
-    """Return the vertical ground reaction of the right foot and of both, by load (Fig. 10)."""
-    figure = new_figure(6.4, 6.0)
-    panels = figure.subplots(2, 1, sharex=True)
-    for ax, feet, title in zip(panels, ([0], [0, 1]), ("right foot", "both feet"), strict=True):
-        curves = [vertical_force(gait, feet) for gait in gaits]
-        _draw_by_load(ax, gaits, curves)
-        ax.set_title(f"{title}, up +", loc="left")
-        ax.set_ylabel("vertical force [BW]")
-        second_scale(ax, _weight(gaits[0]), "vertical force [N]")
-    name_phases(panels[0], gaits[0])
-    panels[-1].set_xlabel(CYCLE_LABEL)
-    _load_legend(figure, panels[0])
-    return figure
-
-
-def vertical_force(gait: Gait, feet: Sequence[int]) -> FloatArray:
-    """Return the vertical force on feet (0 right, 1 left) over the right gait cycle, (101,), [BW].
-
-    In weights of the body alone, whatever it carries.
-    """
-    instants = gait.instants(gait.step_time * (1.0 + PERCENT / 50.0))
-    return np.asarray(instants.grf[:, feet, 1].sum(axis=1) / _weight(gait))
-
-
-def _weight(gait: Gait) -> float:
-    return gait.body.subject.mass * GRAVITY
-
-
-def knee_torques(*gaits: Gait) -> Figure:
-    """Return the torque of the right knee over the gait cycle, by load (Fig. 11)."""
-    figure = new_figure(6.4, 4.0)
-    ax = figure.subplots()
-    _draw_by_load(ax, gaits, [gait_cycle(gait)["knee_extension_Nm_per_kg"] for gait in gaits])
-    ax.set_title("right knee, extension +", loc="left")
-    ax.set_ylabel("torque [N m/kg]")
-    second_scale(ax, gaits[0].body.subject.mass, "torque [N m]")
-    name_phases(ax, gaits[0])
-    ax.set_xlabel(CYCLE_LABEL)
-    _load_legend(figure, ax)
-    return figure
-
-
-def _draw_by_load(ax: Axes, gaits: Sequence[Gait], curves: Sequence[FloatArray]) -> None:
-    mark_phases(ax, gaits[0])
-    for gait, curve, style in zip(gaits, curves, _LOAD_STYLES, strict=False):
-        ax.plot(PERCENT, curve, label=load_label(gait), **style)
-
-
-def _load_legend(figure: Figure, ax: Axes) -> None:
-    """Name the loads above the figure, clear of the curves."""
-    handles, labels = ax.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=3, handlelength=3.0)
-
-
 def validation(gait: Gait) -> Figure:
     """Return knee and ankle angle over measured means and standard deviations (Fig. 12)."""
     cycle, figure = gait_cycle(gait), new_figure(9.6, 4.2)
@@ -287,7 +124,7 @@ def validation(gait: Gait) -> Figure:
     for k, (column, title) in enumerate(_VALIDATED.items()):
         ax = panels[k]
         draw_column(ax, column, cycle, measured)
-        ax.set_title(f"({_PANEL_LETTERS[k]}) {title}", loc="left")
+        ax.set_title(f"({PANEL_LETTERS[k]}) {title}", loc="left")
         ax.set_xlabel("gait cycle from heel strike [%]")
         ax.set_ylabel("angle [deg]")
         r = [s.r for source in measured for s in scores(cycle, source) if s.curve == column]

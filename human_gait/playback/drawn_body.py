@@ -16,10 +16,11 @@ from meshcat.geometry import Geometry, MeshLambertMaterial
 from scipy.spatial import ConvexHull
 
 from human_gait.arrays import FloatArray
-from human_gait.body.links import Body, anatomical_to_link
-from human_gait.body.model import build_model
+from human_gait.body.dh import link_to_dh
+from human_gait.body.links import anatomical_to_link
+from human_gait.body.person import Body
 from human_gait.body.skeleton import BRANCHES, PARENT, SEGMENTS
-from human_gait.body.urdf import JOINT_NAMES, link_to_dh, urdf_text
+from human_gait.body.urdf import JOINT_NAMES
 from human_gait.playback.drawing import add_track, band, matte, rounded
 
 BACKPACK = "backpack"
@@ -40,7 +41,7 @@ _FACE = {  # centre on the left side, radius, colour
 }
 
 
-class Figure:
+class DrawnBody:
     """The drawn body of one walker.
 
     Parameters
@@ -52,9 +53,9 @@ class Figure:
 
     def __init__(self, node: Visualizer, body: Body) -> None:
         self._node, self._body = node, body
-        self._model = build_model(body)
+        self._model = body.model
         self._data = self._model.createData()
-        visuals = pin.buildGeomFromUrdfString(self._model, urdf_text(body), pin.GeometryType.VISUAL)
+        visuals = pin.buildGeomFromUrdfString(self._model, body.urdf, pin.GeometryType.VISUAL)
         pin.forwardKinematics(self._model, self._data, pin.neutral(self._model))
         self._neutral = [placement.copy() for placement in self._data.oMi]
         shapes = list(visuals.geometryObjects)

@@ -8,13 +8,9 @@ soon be in different phases, and no postures could be compared.
 from __future__ import annotations
 
 import contextlib
-import errno
-import os
-import sys
 import threading
 import webbrowser
-from collections.abc import Iterator, Sequence
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,15 +19,20 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
-from human_gait.exceptions import ResultError
 from human_gait.playback.drawn_body import torque_sizes
-from human_gait.playback.scene import COLOURS, FOOTHOLDS, WALKERS, Stride, scene_commands, stride_of
+from human_gait.playback.scene import (
+    COLOURS,
+    FOOTHOLDS,
+    WALKERS,
+    DrawnStride,
+    scene_commands,
+    stride_of,
+)
+from human_gait.playback.server import LOOPBACK, has_screen, page_server
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
 
-LOOPBACK = "127.0.0.1"
-PORT = 7000  # MeshCat's; any free one if it is taken
 
 TORQUE_COLOURS = ("#f4f2e8", "#b5dc9d", "#4fae86", "#17747a", "#12304f")
 """Colours of joint torques from none to the largest, evenly spaced; ever darker."""
@@ -68,7 +69,7 @@ def play(
     if strides is not None and strides < 1:
         raise ValueError(f"strides must be at least 1, not {strides}")
     page = playback_page(gait, strides, second, overlay)
-    with _page_server(page, host) as server, contextlib.suppress(KeyboardInterrupt):
+    with page_server(page, host) as server, contextlib.suppress(KeyboardInterrupt):
         url = f"http://{host}:{server.server_port}/"
         print(f"MeshCat at {url}, Ctrl-C to stop", flush=True)  # noqa: T201, for who plays
         if has_screen():
@@ -126,7 +127,7 @@ def playback_page(
 
 
 def _text(name: str) -> str:
-    return (files("human_gait.data") / name).read_text(encoding="utf-8")
+    return (files(__package__) / name).read_text(encoding="utf-8")
 
 
 def _names(gaits: Sequence[Gait]) -> list[str]:
@@ -148,7 +149,7 @@ def _about(gait: Gait, name: str) -> dict[str, Any]:
 
 
 def _data(
-    strides: Sequence[Stride], walks: list[dict[str, Any]], limit: int | None, overlay: bool
+    strides: Sequence[DrawnStride], walks: list[dict[str, Any]], limit: int | None, overlay: bool
 ) -> dict[str, Any]:
     """Return what the script of the page reads."""
     torques = [torque_sizes(stride.instants.tau) for stride in strides]
@@ -204,12 +205,6 @@ def _note(walks: list[dict[str, Any]]) -> str:
     return f"{note}, at the pace of the first: {paces[0]}; the second needs {paces[1]}."
 
 
-def has_screen() -> bool:
-    """Return whether a browser can open a window here, not only in the terminal."""
-    desktop = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-    return sys.platform in {"darwin", "win32"} or any(os.environ.get(name) for name in desktop)
-
-
 def _caption(gait: Gait) -> str:
     walk, subject, load = gait.scenario.walk, gait.body.subject, gait.body.load
     stature, mass = _quantity(subject.stature, "m"), _quantity(subject.mass, "kg")
@@ -221,37 +216,3 @@ def _caption(gait: Gait) -> str:
 def _quantity(value: float, unit: str, form: str = "g") -> str:
     """Return a number with its unit, which stay in one line."""
     return f"{value:{form}}\N{NO-BREAK SPACE}{unit}"
-
-
-def _listening(host: str, handler: type[BaseHTTPRequestHandler]) -> ThreadingHTTPServer:
-    if not host:
-        raise OSError(errno.EINVAL, "it is empty")
-    try:
-        return ThreadingHTTPServer((host, PORT), handler)
-    except OSError:
-        return ThreadingHTTPServer((host, 0), handler)
-
-
-@contextlib.contextmanager
-def _page_server(page: str, host: str = LOOPBACK) -> Iterator[ThreadingHTTPServer]:
-    """Serve one page, by default to this computer only."""
-    content = page.encode()
-
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            self.send_response(200)
-            self.send_header("Content-Type", "text/html; charset=utf-8")
-            self.send_header("Content-Length", str(len(content)))
-            self.end_headers()
-            self.wfile.write(content)
-
-        def log_message(self, format: str, *args: object) -> None:  # noqa: A002
-            """Keep the terminal quiet."""
-
-    try:
-        server = _listening(host, Handler)
-    except OSError as error:
-        message = f"--host = {host!r}: must be an address of this computer: {error.strerror}"
-        raise ResultError(message) from None
-    with server:
-        yield server

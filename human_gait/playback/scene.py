@@ -29,7 +29,7 @@ from human_gait.playback.drawing import (
     matte,
     sheer,
 )
-from human_gait.playback.drawn_body import Figure
+from human_gait.playback.drawn_body import DrawnBody
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait, Samples
@@ -70,7 +70,7 @@ _TO_MESHCAT = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]
 
 
 @dataclass(frozen=True)
-class Stride:
+class DrawnStride:
     """A walk over the gait cycle of its right leg.
 
     Attributes
@@ -84,13 +84,13 @@ class Stride:
     instants: Samples
 
 
-def stride_of(gait: Gait) -> Stride:
+def stride_of(gait: Gait) -> DrawnStride:
     """Return the stride from right heel strike, t = T, to the next, 3 T."""
     phase = np.linspace(0.0, 1.0, 2 * FRAMES_PER_STEP + 1)
-    return Stride(gait, gait.instants(gait.step_time * (1.0 + 2.0 * phase)))
+    return DrawnStride(gait, gait.instants(gait.step_time * (1.0 + 2.0 * phase)))
 
 
-def scene_commands(strides: Sequence[Stride]) -> list[str]:
+def scene_commands(strides: Sequence[DrawnStride]) -> list[str]:
     """Return the commands that build the scene of one walker or two, and their animation.
 
     All of it lasts one unit of MeshCat's time, the phase of the stride.
@@ -110,16 +110,16 @@ def scene_commands(strides: Sequence[Stride]) -> list[str]:
     return recorder.commands
 
 
-def _add_walker(motion: Animation, path: Visualizer, stride: Stride) -> None:
+def _add_walker(motion: Animation, path: Visualizer, stride: DrawnStride) -> None:
     """Draw a walker and a path that slides back under it, in the model's axes."""
     gait, instants = stride.gait, stride.instants
     _draw_ground(path, gait)
     _draw_markers(path, gait.body.subject.stature)
-    figure = Figure(path["body"], gait.body)
-    covered = gait.step_length / gait.step_time * instants.t
+    drawn = DrawnBody(path["body"], gait.body)
+    covered = gait.cycle.length / gait.cycle.period * instants.t
     add_track(motion, path, "position", np.outer(-covered, [0.0, 0.0, 1.0]))
     add_track(motion, path["zmp"], "position", instants.zmp)
-    figure.animate(motion, instants.q)
+    drawn.animate(motion, instants.q)
     _animate_support(motion, path["support"], gait)
     _animate_forces(motion, path["ground_reaction"], gait, instants)
 
@@ -153,7 +153,7 @@ def _draw_ground(path: Visualizer, gait: Gait) -> None:
     repeats = _ahead(gait)
     plane, tiles = path["ground/plane"], path["ground/tiles"]
     plane.set_object(flat([_rectangle(0.0, 0.0, 160.0, 160.0)], -2 * _LAYER), matte(_GROUND))
-    tiles.set_object(flat(_tiles(gait.step_length, repeats), -_LAYER), matte(_TILE))
+    tiles.set_object(flat(_tiles(gait.cycle.length, repeats), -_LAYER), matte(_TILE))
     for step in (0, 1):
         side, outline = gait.plan.outline(step)
         copies = [outline[:, [0, 2]] + [0.0, ahead] for ahead in repeats]
@@ -163,7 +163,7 @@ def _draw_ground(path: Visualizer, gait: Gait) -> None:
 
 def _ahead(gait: Gait) -> FloatArray:
     """Return how far ahead the strides begin that the ground is drawn for, [m]."""
-    return 2 * gait.step_length * np.arange(-_STRIDES_OF_GROUND, _STRIDES_OF_GROUND + 1.0)
+    return 2 * gait.cycle.length * np.arange(-_STRIDES_OF_GROUND, _STRIDES_OF_GROUND + 1.0)
 
 
 def _tiles(edge: float, repeats: Iterable[float]) -> list[FloatArray]:
@@ -218,9 +218,8 @@ def support_polygons(gait: Gait) -> Iterator[tuple[float, float, FloatArray]]:
         for start, end in pairwise(events):
             middle = (start + end) / 2 * gait.step_time
             corners = gait.plan.support_polygon(middle, _standing(gait, middle))
-            mirror = np.array([-1.0 if step % 2 else 1.0, 1.0])
-            ahead = np.array([0.0, step * gait.step_length])
-            yield (step - 1 + start) / 2, (step - 1 + end) / 2, mirror * corners + ahead
+            placed = gait.cycle.placed(np.insert(corners, 1, 0.0, axis=1), step)
+            yield (step - 1 + start) / 2, (step - 1 + end) / 2, placed[:, [0, 2]]
 
 
 def _standing(gait: Gait, time: float) -> tuple[int, ...]:

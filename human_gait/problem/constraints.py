@@ -18,10 +18,9 @@ import numpy as np
 import numpy.typing as npt
 
 from human_gait.arrays import FloatArray, IntArray
-from human_gait.body.skeleton import N_DOF, index, mirror, position_limits
+from human_gait.body.skeleton import N_DOF, index
 from human_gait.dynamics.inverse_dynamics import CHAINS
 from human_gait.dynamics.jet import Jet
-from human_gait.exceptions import ScenarioError
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.contact_plan import HEEL, LEFT, RIGHT, TOE, ContactPlan
@@ -118,55 +117,6 @@ class Constraint:
         rest = replace(self, lower=lower, upper=upper, what=what)
         on = None if self.linear else pass_on
         return replace(rest, instants=k, columns=columns, evaluate=evaluate, pass_on=on)
-
-
-def joint_limits(scenario: Scenario, names: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-    """Return the limits (55,) of Eq. (19): anatomy, an upright trunk, the scenario's own.
-
-    Raises
-    ------
-    ScenarioError
-        If the scenario names a DOF that does not exist or leaves one without range.
-    """
-    lower, upper = position_limits()
-    for i, name in enumerate(names):
-        middle, reach = _held(name, scenario)
-        lower[i], upper[i] = max(lower[i], middle - reach), min(upper[i], middle + reach)
-    for name, (low, high) in scenario.limits.ranges_si(names).items():
-        lower[index(name)], upper[index(name)] = low, high
-    frozen = [index(name) for name in scenario.limits.frozen_dofs(names)]
-    lower[frozen] = upper[frozen] = 0.0
-    return _on_both_sides(lower, upper, names)
-
-
-def _on_both_sides(
-    lower: FloatArray, upper: FloatArray, names: tuple[str, ...]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the limits that a posture keeps together with its mirror image, the next step's."""
-    ends = mirror(lower), mirror(upper)
-    lower, upper = np.maximum(lower, np.minimum(*ends)), np.minimum(upper, np.maximum(*ends))
-    for i in np.flatnonzero(lower > upper):
-        allowed = "leaves no range that a walk and its mirror image share"
-        raise ScenarioError(f"limits.{names[i]}", allowed)
-    return lower, upper
-
-
-def _held(name: str, scenario: Scenario) -> tuple[float, float]:
-    """Return the middle of a DOF of the upper body, and how far it may depart from it, [rad]."""
-    posture = scenario.posture
-    ranges = {
-        "pelvis_r": (0.0, posture.pelvis_deg),
-        "spine": (0.0, posture.spine_deg),
-        "neck": (0.0, posture.neck_deg),
-        "clavicle": (0.0, posture.arms_deg / 3.0),
-        "shoulder": (0.0, posture.arms_deg),
-        "elbow": (20.0, posture.arms_deg),
-        "forearm": (0.0, posture.arms_deg),
-        "wrist": (0.0, posture.arms_deg),
-    }
-    held = [ranges[part] for part in ranges if name.startswith(part)]
-    middle, reach = np.deg2rad(held[0]) if held else (0.0, np.inf)
-    return float(middle), float(reach)
 
 
 def paper_constraints(scenario: Scenario, plan: ContactPlan, times: FloatArray) -> list[Constraint]:

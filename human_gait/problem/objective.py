@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import N_DOF, torque_limits
+from human_gait.body.limits import torque_limits
+from human_gait.body.skeleton import N_DOF
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.instant import Instants

@@ -23,13 +23,13 @@ from pydrake.solvers import MathematicalProgram
 from pydrake.trajectories import BsplineTrajectory
 
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, MIRROR_INDEX, N_DOF, in_words, index
+from human_gait.body.limits import joint_limits
+from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, N_DOF, in_words
 from human_gait.exceptions import ScenarioError
 from human_gait.problem.constraints import (
     Constraint,
     Residual,
     friction_constraints,
-    joint_limits,
     paper_constraints,
 )
 from human_gait.problem.objective import lean_on_torques, torque_squared, torque_weights
@@ -37,6 +37,7 @@ from human_gait.problem.transcription import Transcription
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.bspline import DEGREE, Basis
+from human_gait.walk.cycle import step_cycle
 from human_gait.walk.gait import Gait
 from human_gait.walk.initial_guess import initial_guess
 from human_gait.walk.instant import Instants, Walker
@@ -128,8 +129,10 @@ class GaitProgram:
         self.scenario, self.dynamics, self.friction = scenario, dynamics, friction
         step_time, grid = scenario.walk.step_time, scenario.discretisation
         n = grid.intervals * grid.dynamics_per_interval
-        self.limits = joint_limits(scenario, DOF_NAMES)
-        self.basis = basis or Basis.uniform(step_time, grid.control_points, grid.mirrored)
+        self.limits = joint_limits(scenario)
+        self.basis = basis or Basis.uniform(
+            step_cycle(scenario.walk), grid.control_points, grid.mirrored
+        )
         self.times = np.arange(n + (not grid.mirrored)) * step_time / n
         self._walker = Walker(scenario, dynamics)
         self.transcription = Transcription(self.basis, self.times)
@@ -205,7 +208,7 @@ class GaitProgram:
         return self._walker.at(self.times, *self.transcription.motion(self._expanded(free)))
 
     def _expanded(self, free: FloatArray) -> FloatArray:
-        return self.basis.expand(free.reshape(-1, N_DOF), self.scenario.walk.step_length)
+        return self.basis.expand(free.reshape(-1, N_DOF))
 
     def cost(self, free: FloatArray) -> tuple[float, FloatArray]:
         """Return the objective [N^2 m^2 s] and its gradient in the free control points."""
@@ -325,7 +328,7 @@ class GaitProgram:
         derivatives = range(_TIED[self.scenario.discretisation.periodicity])
         rows = [self.basis.symmetry(derivative) for derivative in derivatives]
         ends = np.zeros((len(rows), N_DOF))
-        ends[:1, index("pelvis_tz")] = self.scenario.walk.step_length
+        ends[:1] = self.basis.cycle.advance
         return np.concatenate([np.zeros((0, self.basis.n_free * N_DOF)), *rows]), ends.ravel()
 
     def _add(
@@ -367,7 +370,7 @@ class GaitProgram:
         N = np.stack([self.basis.matrix(self.times, order) for order in range(3)])
         overlap = np.einsum("okn,pkn->kop", N, N) * COST_SCALE / len(self.times)
         d = np.einsum("kop,kopd->d", overlap, squares)
-        d = np.maximum((d + d[MIRROR_INDEX]) / 2, _LEAST_CURVATURE)
+        d = np.maximum((d + d[self.basis.cycle.index]) / 2, _LEAST_CURVATURE)
         return np.asarray(np.exp2(np.round(-np.log2(d) / 4)))
 
 
@@ -423,7 +426,7 @@ def refined_program(
     multiple = int(np.ceil(2 * basis.n_pieces / grid.intervals))
     finer = replace(grid, control_points=n_control_points, intervals=multiple * grid.intervals)
     scenario = replace(gait.scenario, discretisation=finer)
-    P = gait.basis.insert(basis, gait.control_points, gait.step_length)
+    P = gait.basis.insert(basis, gait.control_points)
     return build_program(scenario, basis, dynamics), P[: basis.n_free].ravel()
 
 

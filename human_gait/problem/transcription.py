@@ -14,7 +14,7 @@ import numpy.typing as npt
 from scipy.sparse import coo_array
 
 from human_gait.arrays import FloatArray, IntArray
-from human_gait.body.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF
+from human_gait.body.skeleton import N_DOF
 from human_gait.problem.constraints import Constraint, Residual
 from human_gait.walk.bspline import DEGREE, Basis
 from human_gait.walk.instant import SecondDerivatives
@@ -88,9 +88,10 @@ class Transcription:
         m = self.basis.n_free
         functions = first + np.arange(DEGREE + 1)
         block = block.reshape(DEGREE + 1, N_DOF, DEGREE + 1, N_DOF)
-        past = functions >= m  # the mirror images of the first control points
-        block[past] = block[past][:, MIRROR_INDEX] * MIRROR_SIGN[:, None, None]
-        block[:, :, past] = block[:, :, past][..., MIRROR_INDEX] * MIRROR_SIGN
+        cycle = self.basis.cycle
+        past = functions >= m  # the images of the first control points
+        block[past] = block[past][:, cycle.index] * cycle.sign[:, None, None]
+        block[:, :, past] = block[:, :, past][..., cycle.index] * cycle.sign
         for i, row in enumerate(functions % m):
             for j, column in enumerate(functions % m):
                 by_point[row, :, column] += block[i, :, j]
@@ -125,11 +126,11 @@ class Transcription:
 
         Control points past the free ones are the mirror images of the first ones.
         """
-        m, columns = self.basis.n_free, constraint.columns[:, None]
+        cycle, m, columns = self.basis.cycle, self.basis.n_free, constraint.columns[:, None]
         functions = self._active[constraint.instants][:, :, None]
         mirrored = functions >= m
-        dof = np.where(mirrored, MIRROR_INDEX[columns], columns)
-        return functions % m, dof, np.where(mirrored, MIRROR_SIGN[columns], 1.0)
+        dof = np.where(mirrored, cycle.index[columns], columns)
+        return functions % m, dof, np.where(mirrored, cycle.sign[columns], 1.0)
 
 
 def _flat(rows: FloatArray) -> FloatArray:

@@ -19,7 +19,17 @@ from matplotlib.figure import Figure
 
 from human_gait.exceptions import ResultError
 from human_gait.people.reference import Cycle, Reference, stance
-from human_gait.pictures.plots import BLACK, LEFT, RIGHT, SHADE, STYLE, SUPPORT, ZMP, mark_phases
+from human_gait.pictures.style import (
+    BLACK,
+    LEFT,
+    RIGHT,
+    SHADE,
+    STYLE,
+    SUPPORT,
+    ZMP,
+    mark_phases,
+    widen,
+)
 from human_gait.walk.gait_cycle import COLUMNS, label_and_unit
 
 if TYPE_CHECKING:
@@ -127,7 +137,7 @@ def curve_panel(
     _draw_measured(ax, column, cycles[0], measured)
     for cycle, line in zip(cycles, RESULTS, strict=False):
         ax.plot(cycle["gait_cycle_percent"], cycle[column], color=line.colour, ls=line.style)
-    _widen(ax, _LEAST[unit])
+    widen(ax, _LEAST[unit])
     ax.set_xlim(0.0, 100.0)
     ax.set_xticks(range(0, 101, 20))
     ax.set_xlabel("gait cycle [%]")
@@ -147,12 +157,6 @@ def _draw_measured(ax: Axes, column: str, cycle: Cycle, measured: Sequence[Refer
         band = (curve.mean - curve.sd, curve.mean + curve.sd)
         ax.fill_between(percent, *band, color=line.colour, alpha=0.35, linewidth=0)
         ax.plot(percent, curve.mean, color=line.colour, linewidth=1.0)
-
-
-def _widen(ax: Axes, least: float) -> None:
-    low, high = ax.get_ylim()
-    short = max(least - (high - low), 0.0) / 2.0
-    ax.set_ylim(low - short, high + short)
 
 
 def _over_cycle(reference: Reference, cycle: Cycle) -> tuple[float, float] | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,104 +10,14 @@ from typing import Any
 from human_gait.exceptions import ResultError
 from human_gait.people.comparison import Comparison, compare_folder
 from human_gait.people.reference import Cycle
-from human_gait.results.folder import AGAIN, read_json
+from human_gait.reporting.outcome import Outcome, read_outcome
+from human_gait.results.names import EXPLANATION, GAIT_CYCLE, GAIT_FILE, SUMMARY
+from human_gait.results.reading import AGAIN, read_json
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import load_gait_cycle
-from human_gait.walk.gait_file import FILE, load_gait
+from human_gait.walk.gait_file import load_gait
 
-PLAYBACK = "playback.html"
-_FILES = (FILE, "summary.json", "gait_cycle.csv", "explanation.json")
-
-
-@dataclass(frozen=True)
-class Finding:
-    """A check of a walk, or the worst violation of a constraint, as ``summary.json`` has it.
-
-    Attributes
-    ----------
-    name, unit, what, equation : str
-    value, limit : float
-        In `unit`; a violation is counted from the bound, hence its limit is 0.
-    time : float, [s]
-    passed : bool
-    """
-
-    name: str
-    unit: str
-    value: float
-    limit: float
-    time: float
-    passed: bool = True
-    what: str = ""
-    equation: str = ""
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One attempt at solving.
-
-    Attributes
-    ----------
-    start, solver, status : str
-    converged, success : bool
-    failed : tuple of str
-        Names of the checks that failed.
-    wall_time, cost : float, [s] and [N^2 m^2 s]
-    """
-
-    start: str
-    solver: str
-    status: str
-    converged: bool
-    success: bool
-    failed: tuple[str, ...]
-    wall_time: float
-    cost: float
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What came out, from ``summary.json``.
-
-    Attributes
-    ----------
-    success : bool
-    start, solver, dynamics, status : str
-    seed, iterations, evaluations, n_variables, n_constraints : int
-    wall_time, cost : float, [s] and [N^2 m^2 s]
-    trials : tuple of Trial
-    checks, violations : tuple of Finding
-    not_kept : tuple of str
-        What is wrong with it, the worst first; empty for a walk.
-    tries : tuple of (key, change, because)
-        What to try instead.
-    versions : mapping of str to str
-        Of Python and of the packages.
-    """
-
-    success: bool
-    start: str
-    solver: str
-    dynamics: str
-    status: str
-    seed: int
-    iterations: int
-    evaluations: int
-    n_variables: int
-    n_constraints: int
-    wall_time: float
-    cost: float
-    trials: tuple[Trial, ...]
-    checks: tuple[Finding, ...]
-    violations: tuple[Finding, ...]
-    not_kept: tuple[str, ...]
-    tries: tuple[tuple[str, str, str], ...]
-    versions: Mapping[str, str]
-
-    @property
-    def first_solver(self) -> str:
-        """Return the solver that was asked for: of later attempts another may be kept."""
-        return self.trials[0].solver if self.trials else self.solver
+_FILES = (GAIT_FILE, SUMMARY, GAIT_CYCLE, EXPLANATION)
 
 
 @dataclass(frozen=True)
@@ -184,22 +94,22 @@ def read_results(folders: Sequence[Path]) -> tuple[Result, ...]:
 
 def _check_files(folder: Path) -> None:
     missing = [name for name in _FILES if not (folder / name).is_file()]
-    if FILE in missing:
-        message = f"{folder}: no result here (no {FILE}), make one with human-gait predict"
+    if GAIT_FILE in missing:
+        message = f"{folder}: no result here (no {GAIT_FILE}), make one with human-gait predict"
         raise ResultError(message)
     if missing:
         raise ResultError(f"{folder}: no {', no '.join(missing)}: {AGAIN}")
 
 
 def _result(label: str, folder: Path, gait: Gait) -> Result:
-    outcome = read_json(folder / "summary.json", _outcome)
+    outcome = read_outcome(folder)
     return Result(
         label,
         folder,
         gait,
-        load_gait_cycle(folder / "gait_cycle.csv"),
+        load_gait_cycle(folder / GAIT_CYCLE),
         outcome,
-        read_json(folder / "explanation.json", _bounds),
+        read_json(folder / EXPLANATION, _bounds),
         _comparison(folder, outcome),
     )
 
@@ -212,56 +122,6 @@ def _comparison(folder: Path, outcome: Outcome) -> Comparison | None:
         if outcome.success:
             raise
         return None
-
-
-def _outcome(found: Any) -> Outcome:
-    diagnosis = found["diagnosis"] or {"not_kept": (), "try": ()}
-    return Outcome(
-        success=bool(found["success"]),
-        start=str(found["start"]),
-        solver=str(found["solver"]),
-        dynamics=str(found["dynamics"]),
-        status=str(found["solver_status"]),
-        seed=int(found["seed"]),
-        iterations=int(found["iterations"]),
-        evaluations=int(found["evaluations"]),
-        n_variables=int(found["n_variables"]),
-        n_constraints=int(found["n_constraints"]),
-        wall_time=float(found["wall_time_s"]),
-        cost=float(found["cost"]),
-        trials=tuple(map(_trial, found["attempts"])),
-        checks=tuple(_check(name, one) for name, one in found["checks"].items()),
-        violations=tuple(_violation(name, one) for name, one in found["violations"].items()),
-        not_kept=tuple(map(str, diagnosis["not_kept"])),
-        tries=tuple(
-            (str(one["key"]), str(one["change"]), str(one["because"])) for one in diagnosis["try"]
-        ),
-        versions={str(name): str(version) for name, version in found["versions"].items()},
-    )
-
-
-def _trial(found: Any) -> Trial:
-    return Trial(
-        start=str(found["start"]),
-        solver=str(found["solver"]),
-        status=str(found["solver_status"]),
-        converged=bool(found["converged"]),
-        success=bool(found["success"]),
-        failed=tuple(map(str, found["failed_checks"])),
-        wall_time=float(found["wall_time_s"]),
-        cost=float(found["cost"]),
-    )
-
-
-def _check(name: str, found: Any) -> Finding:
-    value, limit, time = (float(found[key]) for key in ("value", "limit", "time"))
-    return Finding(name, str(found["unit"]), value, limit, time, bool(found["passed"]))
-
-
-def _violation(name: str, found: Any) -> Finding:
-    value, time = float(found["value"]), float(found["time_s"])
-    what, equation = str(found["what"]), str(found["equation"])
-    return Finding(name, str(found["unit"]), value, 0.0, time, what=what, equation=equation)
 
 
 def _bounds(found: Any) -> tuple[Bound, ...]:

@@ -12,9 +12,9 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.table import Table
 
-from human_gait.results.folder import read_json
+from human_gait.results.names import EXPLANATION, SUMMARY
+from human_gait.results.reading import read_json
 
-FILE = "explanation.json"
 _SHOWN = 15
 _NOTE = (
     "\nEffort is the objective. What a bound would save is estimated to first order, for one bound "
@@ -32,8 +32,8 @@ def explained(folder: Path) -> RenderableType:
     ResultError
         If a file is missing, as in results of older versions, or damaged.
     """
-    failure = read_json(folder / "summary.json", _failure)
-    return failure or read_json(folder / FILE, _shapes)
+    failure = read_json(folder / SUMMARY, _failure)
+    return failure or read_json(folder / EXPLANATION, _shapes)
 
 
 def diagnosis_text(diagnosis: dict[str, Any]) -> str:
@@ -75,4 +75,4 @@ def _sentences(shapes: list[dict[str, Any]]) -> list[str]:
         f"It walks like this because {'; '.join(reasons)}.",
         _NOTE,
     ]
-    return [*rows, f"{left} more bounds are in {FILE}."] if left > 0 else rows
+    return [*rows, f"{left} more bounds are in {EXPLANATION}."] if left > 0 else rows

@@ -1,25 +1,64 @@
-"""The files of an export by name: a new prediction removes these, and no others, with its folder.
+"""The names of all files of a result.
 
-Both the export and the prediction know them from here.
+A new prediction removes these, and no others, with the result that it replaces: whoever writes a
+file into the folder of a result takes its name from here.
 """
 
-FOLDER = "export"
-"""Where the exports of a result are, in its folder."""
+from collections.abc import Iterable
 
-MODEL = "model.osim"
-COORDINATES = "coordinates.mot"
-FORCES = "ground_reaction.mot"
-LOADS = "external_loads.xml"
-TORQUES = "joint_torques.sto"
+GAIT_FILE = "gait.npz"
+GAIT_CYCLE = "gait_cycle.csv"
+SUMMARY = "summary.json"
+EXPLANATION = "explanation.json"
+VERIFICATION = "verification.json"
+MULTIPLIERS = "multipliers.npz"
+PLAYBACK = "playback.html"
+REPORT = "report.html"
+COMPARISON_JSON, COMPARISON_CSV, COMPARISON_PNG = "compare.json", "compare.csv", "compare.png"
+COMPARISON = (COMPARISON_JSON, COMPARISON_CSV, COMPARISON_PNG)
+"""What the comparison with people writes."""
+
+PLOTS = (
+    *("stick_diagram.png", "joint_torques.png", "joint_angles.png"),
+    *("ground_reaction.png", "zmp.png"),
+)
+AGREEMENT = "agreement.json"
+"""How far the results of several solvers differ; beside their folders."""
+
+EXPORT = "export"
+"""Folder of the exports of a result, in its own."""
+
+OPENSIM_MODEL = "model.osim"
+OPENSIM_COORDINATES = "coordinates.mot"
+OPENSIM_FORCES = "ground_reaction.mot"
+OPENSIM_LOADS = "external_loads.xml"
+OPENSIM_TORQUES = "joint_torques.sto"
 MARKERS_TRC, MARKERS_C3D = "markers.trc", "markers.c3d"
-MOTION = "motion.bvh"
+ANIMATION = "motion.bvh"
 ANGLES_TABLE, TORQUES_TABLE = "joint_angles.csv", "joint_torques.csv"
 FORCES_TABLE = "ground_reaction.csv"
 ROBOT = "human.urdf"
 TRAJECTORY_CSV, TRAJECTORY_JSON = "joint_trajectory.csv", "joint_trajectory.json"
-
-FILES = (
-    *(MODEL, COORDINATES, FORCES, LOADS, TORQUES, MARKERS_TRC, MARKERS_C3D, MOTION),
-    *(ANGLES_TABLE, TORQUES_TABLE, FORCES_TABLE, ROBOT, TRAJECTORY_CSV, TRAJECTORY_JSON),
+EXPORTED = (
+    *(OPENSIM_MODEL, OPENSIM_COORDINATES, OPENSIM_FORCES, OPENSIM_LOADS, OPENSIM_TORQUES),
+    *(MARKERS_TRC, MARKERS_C3D, ANIMATION, ANGLES_TABLE, TORQUES_TABLE, FORCES_TABLE),
+    *(ROBOT, TRAJECTORY_CSV, TRAJECTORY_JSON),
 )
-"""All of them."""
+"""All files in the folder of the exports."""
+
+_OF_ONE_SOLVER = (
+    *(GAIT_FILE, GAIT_CYCLE, SUMMARY, EXPLANATION, VERIFICATION, MULTIPLIERS, PLAYBACK, REPORT),
+    *(*COMPARISON, *PLOTS, *(f"{EXPORT}/{name}" for name in EXPORTED)),
+)
+
+
+def result_files(solvers: Iterable[str]) -> tuple[str, ...]:
+    """Return all that a prediction, or a command about it, writes, as paths in its folder.
+
+    Parameters
+    ----------
+    solvers : iterable of str
+        Of which a result may have a folder each.
+    """
+    inner = [f"{solver}/{name}" for solver in solvers for name in _OF_ONE_SOLVER]
+    return *_OF_ONE_SOLVER, AGREEMENT, *inner

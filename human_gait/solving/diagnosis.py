@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from human_gait.body.limits import joint_limits
 from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, GRAVITY, in_words, index
 from human_gait.checks.verification import FRICTION, Check
-from human_gait.problem.constraints import joint_limits
 from human_gait.problem.program import GaitProgram, Violation
 from human_gait.scenario import STEP_HALF_ANGLE_DEG, Scenario
 from human_gait.solving.shadow_prices import limit_text, unit_step
@@ -157,7 +157,7 @@ def suggestions(program: GaitProgram, solution: Solution, checks: list[Check]) -
 
 def _knee(scenario: Scenario) -> Iterator[Suggestion]:
     """Find limits that exclude the knee of 60 deg of Eq. (25)."""
-    lower, upper = (limit[index("knee_flexion_r")] for limit in joint_limits(scenario, DOF_NAMES))
+    lower, upper = (limit[index("knee_flexion_r")] for limit in joint_limits(scenario))
     low, high = np.rad2deg(lower), np.rad2deg(upper)
     tolerance = scenario.tolerances.knee_flexion_deg
     if low <= 60.0 + tolerance and high >= 60.0 - tolerance:

@@ -16,8 +16,6 @@ from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import (
     DOF_NAMES,
     DOF_UNITS,
-    MIRROR_INDEX,
-    MIRROR_SIGN,
     N_DOF,
     in_words,
 )
@@ -156,7 +154,8 @@ def _limit_row(program: GaitProgram, r: int, price: float) -> _Row:
     time = float(np.mean(basis.knots[j + 1 : j + 1 + DEGREE]))
     side = np.sign(price)
     if time < 0.0:
-        time, side, dof = time + basis.step_time, side * MIRROR_SIGN[dof], int(MIRROR_INDEX[dof])
+        time += basis.step_time
+        side, dof = side * basis.cycle.sign[dof], int(basis.cycle.index[dof])
     lower, upper = (limit[dof] for limit in program.limits)
     word = "not below" if side > 0 else "not above"
     limit = lower if side > 0 else upper

@@ -145,7 +145,7 @@ def climb(
     KeyboardInterrupt
         If there is nothing to keep yet.
     """
-    rungs = _rungs(program, solver, seed, guess)
+    rungs = own_starts(program, solver, seed, guess)
     if start is not None:
         run = partial(solve, program, solver, start.point, multipliers=start.multipliers)
         rungs = chain([(start.name, run)], () if start.alone else rungs)
@@ -179,14 +179,25 @@ def disturbed(program: GaitProgram, rng: np.random.Generator) -> FloatArray:
     return np.clip(noisy, *program.limits).ravel()
 
 
-def _rungs(
+def own_starts(
     program: GaitProgram, solver: str, seed: int, first: FloatArray | None
 ) -> Iterator[tuple[str, Run]]:
+    """Yield the rungs below each other: what a start is called, and the solve that it begins.
+
+    Parameters
+    ----------
+    program : GaitProgram
+    solver : str
+    seed : int
+        Of the random starts.
+    first : (m * 55,) array, optional
+        Guess of the first rungs, else the program's own.
+    """
     for name, weights in _PATHS.items():
         if weights == POSTURE and solver != "newton":
             continue  # the others take this path anyway
         yield name, partial(solve, program, solver, guess=first, weights=weights)
-    yield "continuation", partial(_continued, program, solver)
+    yield "continuation", partial(continued, program, solver)
     rng = np.random.default_rng(seed)
     for n in range(1, _RANDOM_STARTS + 1):
         guess = disturbed(program, rng)
@@ -225,7 +236,7 @@ def _attempt(
     return Attempt(name, program, solution, verify(make_record(solution.gait)))
 
 
-def _continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> Solution:
+def continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> Solution:
     """Solve walks on the way from comfortable walking; each is the guess of the next."""
     guess, step_length = None, 0.0
     spent: list[Solution] = []

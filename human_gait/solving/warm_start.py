@@ -10,10 +10,10 @@ import numpy as np
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import N_DOF, index
 from human_gait.problem.program import LIMITS, SYMMETRY, GaitProgram
+from human_gait.results.names import MULTIPLIERS
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import numbers, opened
 
-FILE = "multipliers.npz"
 _FORWARD = index("pelvis_tz")
 _SAMPLES = 100
 
@@ -25,7 +25,7 @@ def save_multipliers(multipliers: Mapping[str, FloatArray], folder: Path) -> Non
     none.
     """
     if multipliers:
-        np.savez_compressed(folder / FILE, **multipliers)  # type: ignore[arg-type]
+        np.savez_compressed(folder / MULTIPLIERS, **multipliers)  # type: ignore[arg-type]
 
 
 def load_multipliers(folder: Path) -> dict[str, FloatArray]:
@@ -36,7 +36,7 @@ def load_multipliers(folder: Path) -> dict[str, FloatArray]:
     ResultError
         If the file cannot be read or holds something else.
     """
-    path = folder / FILE
+    path = folder / MULTIPLIERS
     if not path.exists():
         return {}
     with opened(path, "multipliers") as file:
@@ -64,9 +64,7 @@ def adapted(gait: Gait, program: GaitProgram) -> FloatArray:
         phases = np.linspace(0.0, 1.0, _SAMPLES)
         q = gait.basis.matrix(phases * gait.step_time) @ gait.control_points
         q[:, _FORWARD] *= longer
-        points = program.basis.fit(
-            phases * program.basis.step_time, q, program.scenario.walk.step_length
-        )
+        points = program.basis.fit(phases * program.basis.step_time, q)
     return np.clip(points, *program.limits).ravel()
 
 

@@ -1,10 +1,10 @@
 """Cubic B-splines of a walk, Eqs. (28)-(30).
 
-One step lasts from t = 0 to T; the next one is its mirror image, further on by the step length L
-(Eq. 26). There are two kinds of basis:
+One step lasts from t = 0 to T; the next one is its image by the cycle of the walk: mirrored, and
+further on by the step length L (Eq. 26). There are two kinds of basis:
 
 *   mirrored: the knots go on beyond the step by the same rule, so that of n control points the last
-    three are the mirrored first three,
+    three are the images of the first three,
 
         P_(m+i) = mirror(P_i) + L z,   i = 0, 1, 2,   m = n - 3,
 
@@ -24,31 +24,36 @@ from scipy.interpolate import BSpline
 from scipy.linalg import lstsq
 
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF, index, mirror
+from human_gait.body.skeleton import N_DOF
+from human_gait.values import Value
+from human_gait.walk.cycle import Cycle
 
 DEGREE = 3
-_FORWARD = index("pelvis_tz")
 
 
-@dataclass(frozen=True)
-class Basis:
+@dataclass(frozen=True, eq=False)
+class Basis(Value):
     """Cubic basis functions N_j of one step.
 
     Attributes
     ----------
     breaks : (p + 1,) array, [s]
         Where the p polynomial pieces meet, from 0 to T.
+    cycle : Cycle
+        How the motion goes on after T.
     mirrored : bool
         Whether the splines go on as their mirror image; else they are clamped at both ends.
     """
 
     breaks: FloatArray
+    cycle: Cycle
     mirrored: bool = True
 
     @classmethod
-    def uniform(cls, step_time: float, n_control_points: int, mirrored: bool = True) -> Basis:
+    def uniform(cls, cycle: Cycle, n_control_points: int, mirrored: bool = True) -> Basis:
         """Return the basis of `n_control_points` functions with pieces of equal length."""
-        return cls(np.linspace(0.0, step_time, n_control_points - DEGREE + 1), mirrored)
+        breaks = np.linspace(0.0, cycle.period, n_control_points - DEGREE + 1)
+        return cls(breaks, cycle, mirrored)
 
     @property
     def step_time(self) -> float:
@@ -88,35 +93,32 @@ class Basis:
         functions = BSpline(self.knots, np.eye(self.n_control_points), DEGREE)
         return np.asarray(functions(times, nu=derivative))
 
-    def expand(self, free: FloatArray, step_length: float) -> FloatArray:
+    def expand(self, free: FloatArray) -> FloatArray:
         """Return all n control points (n, 55) from the m free ones (m, 55), Eq. (26)."""
         if not self.mirrored:
             return free.copy()
-        wrapped = mirror(free[:DEGREE])
-        wrapped[:, _FORWARD] += step_length
-        return np.concatenate([free, wrapped])
+        return np.concatenate([free, self.cycle.image(free[:DEGREE])])
 
     def fold(self, partials: FloatArray) -> FloatArray:
         """Return the partials (r, m, 55) in free control points from those (r, n, 55) in all."""
         m = self.n_free
         folded = partials[:, :m].copy()
-        for i in range(self.n_control_points - m):
-            folded[:, i][:, MIRROR_INDEX] += partials[:, m + i] * MIRROR_SIGN
+        folded[:, : self.n_control_points - m] += self.cycle.turned(partials[:, m:])
         return folded
 
-    def fit(self, times: FloatArray, q: FloatArray, step_length: float) -> FloatArray:
+    def fit(self, times: FloatArray, q: FloatArray) -> FloatArray:
         """Return the free control points (m, 55) whose curves are nearest to q (K, 55).
 
-        What is its own mirror image and what is the opposite of it are fitted one after the other:
-        in a mirrored basis the next step of such curves is the same, or has the other sign.
+        What is its own image and what is the opposite of it are fitted one after the other: in a
+        mirrored basis the next step of such curves is the same, or has the other sign.
         """
         N, m = self.matrix(times), self.n_free
-        q = q - N @ self.expand(np.zeros((m, N_DOF)), step_length)
+        q = q - N @ self.expand(np.zeros((m, N_DOF)))
         fitted = np.zeros((m, N_DOF))
         for sign in (1.0, -1.0):
             folded = N[:, :m].copy()
             folded[:, : self.n_control_points - m] += sign * N[:, m:]
-            fitted += lstsq(folded, (q + sign * mirror(q)) / 2)[0]
+            fitted += lstsq(folded, (q + sign * self.cycle.turned(q)) / 2)[0]
         return fitted
 
     def design(self, times: FloatArray, derivative: int = 0) -> FloatArray:
@@ -129,7 +131,7 @@ class Basis:
     def symmetry(self, derivative: int = 0) -> FloatArray:
         """Return d(q(T) - mirror(q(0))) / d(free control points) of Eq. (26), (55, m * 55)."""
         first, last = self.design(np.array([0.0, self.step_time]), derivative).reshape(2, N_DOF, -1)
-        return np.asarray(last - first[MIRROR_INDEX] * MIRROR_SIGN[:, None])
+        return np.asarray(last - self.cycle.turned(first.T).T)
 
     def refined(self, n_control_points: int) -> Basis:
         """Return a basis of more functions: the longest pieces are halved, the first one first."""
@@ -138,9 +140,9 @@ class Basis:
             lengths = np.round(np.diff(breaks) / self.step_time, 9)
             longest = int(np.argmax(lengths))
             breaks = np.insert(breaks, longest + 1, breaks[longest : longest + 2].mean())
-        return Basis(breaks, self.mirrored)
+        return Basis(breaks, self.cycle, self.mirrored)
 
-    def insert(self, finer: Basis, control_points: FloatArray, step_length: float) -> FloatArray:
+    def insert(self, finer: Basis, control_points: FloatArray) -> FloatArray:
         """Return the control points (n', 55) of the same curves in a basis with further breaks.
 
         Knots are inserted one by one (Boehm's algorithm); in a mirrored basis in the steps before
@@ -148,7 +150,7 @@ class Basis:
         """
         T, new = self.step_time, np.setdiff1d(finer.breaks, self.breaks)
         if self.mirrored:
-            spline = self._three_steps(control_points, step_length)
+            spline = self._three_steps(control_points)
             new = np.concatenate([new - T, new, new + T])
         else:
             spline = BSpline(self.knots, control_points, DEGREE)
@@ -157,14 +159,11 @@ class Basis:
         first = int(np.argmin(np.abs(spline.t - finer.knots[0])))
         return np.asarray(spline.c[first : first + finer.n_control_points])
 
-    def _three_steps(self, control_points: FloatArray, step_length: float) -> BSpline:
+    def _three_steps(self, control_points: FloatArray) -> BSpline:
         """Return the spline of the step before, this one and the next."""
         m = self.n_pieces
         j = np.arange(-m, 2 * m + DEGREE)
         step, within = np.divmod(j, m)
-        P = np.where(
-            (step % 2 == 1)[:, None], mirror(control_points[within]), control_points[within]
-        )
-        P[:, _FORWARD] += step * step_length
+        P = self.cycle.image(control_points[within], step)
         knots = self._knots(np.arange(j[0], j[-1] + DEGREE + 2))
         return BSpline(knots, P, DEGREE)

@@ -14,9 +14,11 @@ import numpy as np
 
 from human_gait.arrays import BoolArray, FloatArray
 from human_gait.body.dh import frames
-from human_gait.body.links import Body, FootPoints
-from human_gait.body.skeleton import GRAVITY, N_DOF, index
+from human_gait.body.links import FootPoints
+from human_gait.body.person import Body
+from human_gait.body.skeleton import GRAVITY, N_DOF, SIDES, index
 from human_gait.scenario import Scenario
+from human_gait.values import Value
 
 RIGHT, LEFT = 0, 1
 HEEL, BALL_MEDIAL, BALL_LATERAL, TOE = range(4)
@@ -29,8 +31,8 @@ _LEADING = (0.22, 0.36, 0.90)  # from heel to ankle: at strike, foot flat and th
 _PAD = 0.11  # of the foot's length: what carries of a heel or of toes that stand alone
 
 
-@dataclass(frozen=True)
-class Foot:
+@dataclass(frozen=True, eq=False)
+class Foot(Value):
     """The sole of one foot that stands flat; measures along z from the ankle [m].
 
     Attributes
@@ -195,7 +197,7 @@ class ContactPlan:
 def _soles(body: Body) -> tuple[FloatArray, FloatArray]:
     """Return contact points and outlines of both feet, each (2, n, 3), from below the ankles."""
     P, A = frames(body.table, np.zeros(N_DOF))
-    ankles = np.stack([P[index(f"ankle_dorsiflexion_{side}"), :3, 3] for side in "rl"])
+    ankles = np.stack([P[index(f"ankle_dorsiflexion_{side}"), :3, 3] for side in SIDES])
     return tuple(_placed(A, points) - _ground(ankles, body) for points in _point_sets(body))  # type: ignore[return-value]
 
 

@@ -13,14 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.links import SIDES, Body
-from human_gait.body.urdf import link_to_dh
+from human_gait.body.dh import link_to_dh
+from human_gait.body.person import Body
+from human_gait.body.skeleton import SIDES
 from human_gait.dynamics.inverse_dynamics import CHAINS, FOOT_LINKS, InverseDynamics, symmetric
 from human_gait.dynamics.spatial import cross
+from human_gait.values import Value
 
 
-@dataclass(frozen=True)
-class FootMotion:
+@dataclass(frozen=True, eq=False)
+class FootMotion(Value):
     """Contact points of one foot at K instants.
 
     Attributes

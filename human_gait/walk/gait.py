@@ -10,18 +10,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from human_gait.arrays import FloatArray
-from human_gait.body.links import Body
-from human_gait.body.skeleton import index, mirror
+from human_gait.arrays import FloatArray, IntArray
+from human_gait.body.person import Body
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
 from human_gait.walk.contact_plan import ContactPlan
+from human_gait.walk.cycle import Cycle, step_cycle
 from human_gait.walk.instant import Instants, Walker
 
 REFINEMENT = 10
 """How much finer the grid of the samples in a file is than the constrained one."""
 
-_FORWARD = index("pelvis_tz")
 _CHUNK = 500  # instants at once: partials take 0.3 MB each
 
 
@@ -122,9 +121,14 @@ class Gait:
         return np.linspace(0.0, self.step_time, n + 1)
 
     @cached_property
+    def cycle(self) -> Cycle:
+        """How the walk goes on after the step, Eq. (26)."""
+        return step_cycle(self.scenario.walk)
+
+    @cached_property
     def basis(self) -> Basis:
         """The basis functions N_j of Eq. (28)."""
-        return Basis(self.breaks, self.scenario.discretisation.mirrored)
+        return Basis(self.breaks, self.cycle, self.scenario.discretisation.mirrored)
 
     @cached_property
     def _walker(self) -> Walker:
@@ -151,7 +155,7 @@ class Gait:
         """Return the gait at times t (K,) >= 0, [s]; after T the next steps follow."""
         times = np.atleast_1d(np.asarray(t, dtype=float))
         step, within = self._steps(times)
-        return onward(replace(self.step_samples(within), t=times), step, self.step_length)
+        return onward(replace(self.step_samples(within), t=times), step, self.cycle)
 
     def step_samples(self, t: FloatArray) -> Samples:
         """Return the gait at times t (K,) within the first step, its end T included."""
@@ -163,7 +167,7 @@ class Gait:
         q, v, a = (self.basis.matrix(t, order) @ self.control_points for order in range(3))
         return self._walker.at(t, q, v, a)
 
-    def _steps(self, times: FloatArray) -> tuple[npt.NDArray[np.intp], FloatArray]:
+    def _steps(self, times: FloatArray) -> tuple[IntArray, FloatArray]:
         if np.any(times < 0) or not np.all(np.isfinite(times)):
             raise ValueError("the walk starts at t = 0: times must be finite and not negative")
         step = np.floor(times / self.step_time + 1e-12).astype(np.intp)
@@ -173,9 +177,7 @@ class Gait:
         times = np.atleast_1d(np.asarray(t, dtype=float))
         step, within = self._steps(times)
         motion = self.basis.matrix(within, order) @ self.control_points
-        motion = np.where((step % 2 == 1)[:, None], mirror(motion), motion)
-        if order == 0:
-            motion[:, _FORWARD] += step * self.step_length
+        motion = (self.cycle.turned if order else self.cycle.image)(motion, step)
         return motion if np.ndim(t) else motion[0]
 
 
@@ -211,26 +213,23 @@ def _on_ground(xz: FloatArray) -> FloatArray:
     return np.stack([xz[:, 0], np.zeros(len(xz)), xz[:, 1]], axis=1)
 
 
-def onward(first: Samples, step: npt.NDArray[np.intp], step_length: float) -> Samples:
-    """Return samples (K) of the first step as those of the steps (K,): mirrored, further on."""
-    odd, forward = step % 2 == 1, step * step_length
-    q = np.where(odd[:, None], mirror(first.q), first.q)
-    q[:, _FORWARD] += forward
-    others = {
-        name: np.where(odd[:, None], mirror(getattr(first, name)), getattr(first, name))
-        for name in ("v", "a", "tau", "active")
+def onward(first: Samples, step: IntArray, cycle: Cycle) -> Samples:
+    """Return samples (K) of the first step as those of the steps (K,), Eq. (26)."""
+    joints = {
+        name: cycle.turned(getattr(first, name), step) for name in ("v", "a", "tau", "active")
     }
-    points = _mirrored(first.points, odd)
-    zmp, cop = _mirrored(first.zmp, odd, feet=False), _mirrored(first.cop, odd)
-    for place in (zmp, cop, points):
-        place[..., 2] += forward.reshape(-1, *[1] * (place.ndim - 2))
-    yaw = np.where(odd[:, None], -first.yaw_moment[:, ::-1], first.yaw_moment)
-    toes = np.where(odd[:, None], first.toe_share[:, ::-1], first.toe_share)
-    ground = {"grf": _mirrored(first.grf, odd), "yaw_moment": yaw, "toe_share": toes}
-    return Samples(first.t, q, **others, **ground, zmp=zmp, cop=cop, points=points)
-
-
-def _mirrored(vectors: FloatArray, odd: npt.NDArray[np.bool_], feet: bool = True) -> FloatArray:
-    """Return vectors (K, [2 feet, ...] 3) with those of odd steps mirrored at x = 0."""
-    mirrored = (vectors[:, ::-1] if feet else vectors) * [-1.0, 1.0, 1.0]
-    return np.where(odd.reshape(-1, *[1] * (vectors.ndim - 1)), mirrored, vectors)
+    points, cop, grf, yaw, toes = (
+        cycle.exchanged(getattr(first, name), step)
+        for name in ("points", "cop", "grf", "yaw_moment", "toe_share")
+    )
+    return Samples(
+        first.t,
+        cycle.image(first.q, step),
+        **joints,
+        zmp=cycle.placed(first.zmp, step),
+        grf=cycle.reflected(grf, step),
+        cop=cycle.placed(cop, step),
+        yaw_moment=np.where(cycle.swaps(step)[:, None], -yaw, yaw),  # a mirror turns it round
+        toe_share=toes,
+        points=cycle.placed(points, step),
+    )

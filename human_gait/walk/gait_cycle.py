@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 Signed = Mapping[str, tuple[str, float]]
 
 PERCENT: FloatArray = np.arange(101.0)
-_TOO_LARGE = 1e6  # for any curve, in whatever unit
 """(101,) percentages of the gait cycle."""
+
+_TOO_LARGE = 1e6  # for any curve, in whatever unit
 
 # Column: degree of freedom and its sign.
 _PELVIS_AND_LEG: Signed = {

@@ -15,14 +15,15 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.links import Body
+from human_gait.body.person import Body
 from human_gait.body.skeleton import DOF_NAMES, N_DOF, SEGMENTS
 from human_gait.exceptions import ResultError, ScenarioError
+from human_gait.results.names import GAIT_FILE
 from human_gait.scenario import Scenario
+from human_gait.values import Value
 from human_gait.walk.bspline import DEGREE
 from human_gait.walk.gait import Gait, Samples
 
-FILE = "gait.npz"
 FORMAT = "human_gait gait 2"
 _ABOUT = """One step of a predicted walk, left heel strike (t = 0) to right heel strike (t = T).
 World: y up, z forward, x to the left. SI units, angles in radians.
@@ -58,8 +59,8 @@ _UNREADABLE = (  # what numpy, zipfile, zlib and json raise at a damaged file
 )
 
 
-@dataclass(frozen=True)
-class Record:
+@dataclass(frozen=True, eq=False)
+class Record(Value):
     """A gait and what its file claims about it, nothing of which has to be true.
 
     Attributes
@@ -96,7 +97,7 @@ def save_gait(gait: Gait, folder: Path) -> None:
     """Write a gait, and its samples for readers without this package, to ``gait.npz``."""
     record = make_record(gait)
     arrays = {item.name: getattr(record.samples, item.name) for item in fields(Samples)}
-    with (folder / FILE).open("wb") as file:
+    with (folder / GAIT_FILE).open("wb") as file:
         np.savez_compressed(
             file,
             format=FORMAT,
@@ -132,7 +133,7 @@ def load_record(folder: str | Path) -> Record:
     ResultError
         As for `load_gait`. Numbers that are merely wrong are left to `verification`.
     """
-    with opened(Path(folder) / FILE, "a gait") as file:
+    with opened(Path(folder) / GAIT_FILE, "a gait") as file:
         return _restored(file)
 
 

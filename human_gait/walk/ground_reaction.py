@@ -35,6 +35,7 @@ from human_gait.dynamics.inverse_dynamics import (
     weighted_axes_dq,
 )
 from human_gait.dynamics.jet import Jet, Linearised, cross, stack
+from human_gait.values import Value
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.contact_plan import LEFT, RIGHT, ContactPlan
 
@@ -42,8 +43,8 @@ _ROUNDING = 0.04  # of the way from A to B: where the share bends smoothly into 
 _TOE_BLEND = (-0.010, 0.020)  # [m] ahead of the metatarsal heads: from the rear foot to the toes
 
 
-@dataclass(frozen=True)
-class GroundReaction:
+@dataclass(frozen=True, eq=False)
+class GroundReaction(Value):
     """What the ground does to the feet at K instants.
 
     Everything is a function of the wrench; the derivatives of the jets are those in its six parts.

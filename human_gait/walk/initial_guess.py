@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from human_gait.arrays import FloatArray
-from human_gait.body.links import Body
-from human_gait.body.skeleton import N_DOF, index
+from human_gait.body.person import Body
+from human_gait.body.skeleton import N_DOF, SIDES, index
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
 from human_gait.walk.contact_plan import LEFT, ContactPlan
@@ -38,7 +38,7 @@ def initial_guess(scenario: Scenario, body: Body, plan: ContactPlan, basis: Basi
         hip = q[:, index(f"hip_flexion_{side}")]
         q[:, index(f"shoulder_flexion_{side}")] = -_ARM_SWING * (hip - hip.mean())
         q[:, index(f"elbow_flexion_{side}")] = _ELBOW
-    return basis.fit(f * scenario.walk.step_time, q, scenario.walk.step_length)
+    return basis.fit(f * scenario.walk.step_time, q)
 
 
 def _hips(scenario: Scenario, body: Body, plan: ContactPlan, f: FloatArray) -> FloatArray:
@@ -66,7 +66,7 @@ def _leg(
     since_strike: FloatArray, hips: FloatArray, body: Body, plan: ContactPlan, side: str
 ) -> FloatArray:
     """Return hip, knee, ankle and toe angles (K, 4) from the steps since the foot's strike."""
-    foothold = plan.ankles["rl".index(side), 2]
+    foothold = plan.ankles[SIDES.index(side), 2]
     foot = np.array([_foot(s, body, plan) for s in since_strike])
     reach = foot[:, :2] + [0.0, foothold] - hips
     thigh, shank = body.measures.lengths["L_th"], body.measures.lengths["L_sh"]

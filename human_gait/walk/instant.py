@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.links import make_body
+from human_gait.body.person import make_body
 from human_gait.body.skeleton import N_DOF
 from human_gait.dynamics.carried_load import CarriedForce
 from human_gait.dynamics.inverse_dynamics import CHAINS, ROOT, InverseDynamics, make_dynamics

@@ -6,7 +6,6 @@ import pytest
 from bodies import BODIES, random_states
 
 from human_gait.body import skeleton
-from human_gait.body.model import build_model
 from human_gait.dynamics.inverse_dynamics import (
     CHAINS,
     ENGINES,
@@ -28,7 +27,7 @@ def body(request):
 
 @pytest.fixture(scope="module")
 def model(body):
-    return build_model(body)
+    return body.pinocchio_model()
 
 
 @pytest.fixture(scope="module")

@@ -14,9 +14,9 @@ from rich.table import Table
 
 from human_gait.people.reference import correlation
 from human_gait.results.folder import whole_file
+from human_gait.results.names import AGREEMENT, GAIT_CYCLE, SUMMARY
 from human_gait.walk.gait_cycle import label_and_unit, load_gait_cycle
 
-FILE = "agreement.json"
 _SHOWN = ("success", "solver_status", "cost", "wall_time_s", "evaluations")
 
 
@@ -52,14 +52,14 @@ def agreement_to_folder(folder: Path, names: Sequence[str]) -> Table:
         },
         "curves": {name: [asdict(d) for d in rows] for name, rows in differences.items()},
     }
-    with whole_file(folder / FILE) as path:
+    with whole_file(folder / AGREEMENT) as path:
         path.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
     return _table(names, summaries, differences)
 
 
 def curve_differences(first: Path, second: Path) -> list[CurveDifference]:
     """Return the differences of all curves of two result folders."""
-    one, other = (load_gait_cycle(folder / "gait_cycle.csv") for folder in (first, second))
+    one, other = (load_gait_cycle(folder / GAIT_CYCLE) for folder in (first, second))
     return [_difference(name, one[name], other[name]) for name in list(one)[1:]]
 
 
@@ -72,7 +72,7 @@ def _difference(name: str, one: Any, other: Any) -> CurveDifference:
 
 
 def _summary(folder: Path) -> dict[str, Any]:
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     return {key: summary[key] for key in _SHOWN}
 
 

@@ -1,7 +1,7 @@
 """Exports are read back by programs of others: ezc3d, pybvh, yourdfpy, Pinocchio, numpy.
 
 What they read has to be the gait, and the places that they compute those of Pinocchio. OpenSim's
-own files are in ``test_export_opensim.py``.
+own files are in ``test_opensim.py``.
 """
 
 import json
@@ -21,7 +21,7 @@ from human_gait.exceptions import ResultError
 from human_gait.export import formats as export
 from human_gait.export.formats import FORMATS, RATES, export_gait, sampled
 from human_gait.export.markers import marker_set
-from human_gait.results import names as export_names
+from human_gait.results.names import EXPORTED
 from human_gait.walk.gait_file import save_gait
 
 FILES = {
@@ -262,7 +262,7 @@ def test_all_formats_are_the_default(folder):
 
 
 def test_the_files_that_go_with_an_old_result_are_those_that_are_written(folder):
-    assert sorted(path.name for path in folder.iterdir()) == sorted(export_names.FILES)
+    assert sorted(path.name for path in folder.iterdir()) == sorted(EXPORTED)
 
 
 def test_what_fails_leaves_the_old_files_and_nothing_else(gait, tmp_path, monkeypatch):

@@ -3,7 +3,8 @@ import pytest
 from walks import central_difference
 
 from human_gait import data
-from human_gait.body.skeleton import DOF_NAMES, index, position_limits
+from human_gait.body.limits import position_limits
+from human_gait.body.skeleton import DOF_NAMES, index
 from human_gait.dynamics.tissues import PassiveJoints, _kind
 
 PASSIVE = PassiveJoints()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from walks import BACKPACK, PEOPLE, central_difference, near_walk, scenario, walking_states
 
-from human_gait.body.links import make_body
+from human_gait.body.person import make_body
 from human_gait.dynamics.carried_load import CarriedForce
 from human_gait.dynamics.inverse_dynamics import (
     CHAINS,

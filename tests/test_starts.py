@@ -190,17 +190,19 @@ def test_ctrl_c_in_what_follows_an_attempt_keeps_the_attempt(solves, monkeypatch
 def test_the_continuation_goes_from_comfortable_to_what_is_asked_for(solves):
     climb(PROGRAM)
     strides = solves.asked[PATHS : PATHS + 3]
-    tasks = [program.scenario for program, *_ in strides]
+    programs = [program for program, *_ in strides]
+    tasks = [program.scenario for program in programs]
     assert tasks[2] == TASK
     assert [task.load.mass for task in tasks] == [0.0, 9.0, 18.0]
     speeds = [task.walk.speed for task in tasks]
     assert speeds[1] == pytest.approx((speeds[0] + speeds[2]) / 2)
     guesses = [given["guess"] for *_, given in strides]
     assert guesses[0] is None
-    for guess, task in zip(guesses[1:], tasks[1:], strict=True):
-        advance = PROGRAM.basis.expand(guess.reshape(-1, 55), task.walk.step_length)
-        first, last = PROGRAM.basis.matrix(np.array([0.0, PROGRAM.basis.step_time])) @ advance
-        assert last[0] - first[0] == pytest.approx(task.walk.step_length, abs=1e-9)
+    for guess, program in zip(guesses[1:], programs[1:], strict=True):
+        basis = program.basis
+        ends = basis.matrix(np.array([0.0, basis.step_time])) @ basis.expand(guess.reshape(-1, 55))
+        length = program.scenario.walk.step_length
+        assert ends[1, 0] - ends[0, 0] == pytest.approx(length, abs=1e-9)
 
 
 def test_comfortable_walking_is_what_people_of_this_size_prefer():
@@ -268,7 +270,7 @@ def test_every_kind_of_start_can_lead_to_a_walk(solver):
     """From comfortable walking, and from a disturbed guess, to one speed and load."""
     task = scenario(1.4, 0.7, load={"mass": 9.0})
     program = build_program(task)
-    there = room._continued(program, solver)
+    there = room.continued(program, solver)
     assert there.converged
     assert there.gait.scenario == task
     assert there.evaluations > program.evaluations  # those on the way are counted

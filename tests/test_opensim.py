@@ -14,9 +14,8 @@ import pytest
 from exports import LOADS, from_opensim, joint_centres, marker_places, walking
 from solves import solved
 
-from human_gait.body.model import build_model
-from human_gait.body.skeleton import DOF_NAMES, SEGMENTS, position_limits
-from human_gait.body.urdf import urdf_text
+from human_gait.body.limits import position_limits
+from human_gait.body.skeleton import DOF_NAMES, SEGMENTS
 from human_gait.export.formats import MARGIN, export_gait, sampled
 from human_gait.export.markers import marker_set
 from human_gait.walk.gait_file import carried_mass
@@ -101,8 +100,8 @@ def test_the_model_is_the_body(found):
 def test_it_is_drawn_as_the_urdf(found):
     """Balls and cylinders where Pinocchio has those of the URDF; the sense of an axis is free."""
     body = found.gait.body
-    model = build_model(body)
-    visual = pin.buildGeomFromUrdfString(model, urdf_text(body), pin.GeometryType.VISUAL)
+    model = body.pinocchio_model()
+    visual = pin.buildGeomFromUrdfString(model, body.urdf, pin.GeometryType.VISUAL)
     data, drawn = model.createData(), visual.createData()
     pin.updateGeometryPlacements(model, data, visual, drawn, np.zeros(55))
     centres, axes = from_opensim(found.model.centres), np.abs(from_opensim(found.model.axes))

@@ -4,7 +4,7 @@ from bodies import BODIES, LOADED, MALE
 from scipy.spatial import ConvexHull
 
 from human_gait.body import dh, skeleton
-from human_gait.body.links import make_body
+from human_gait.body.person import make_body
 from human_gait.scenario import Load
 
 

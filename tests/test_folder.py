@@ -11,8 +11,11 @@ from pathlib import Path
 import pytest
 
 from human_gait.exceptions import ResultError
+from human_gait.results import exchange
 from human_gait.results import folder as room
-from human_gait.results.folder import MARK, read_json, replaced_folder, whole_file
+from human_gait.results.folder import replaced_folder, whole_file
+from human_gait.results.reading import read_json
+from human_gait.results.unfinished import MARK
 
 WRITERS = Path(__file__).with_name("writers.py")
 OLD, NEW = "0.0", "10.0"
@@ -141,11 +144,11 @@ def refuse(code):
 @pytest.mark.parametrize(
     ("place", "name", "instead"),
     [
-        (room, "_exchange", refuse(errno.EBUSY)),  # a mount point
-        (room, "_exchange", refuse(errno.EXDEV)),
+        (exchange, "exchange", refuse(errno.EBUSY)),  # a mount point
+        (exchange, "exchange", refuse(errno.EXDEV)),
         (os, "link", refuse(errno.EPERM)),  # a file system without hard links
         (ctypes, "CDLL", lambda *_, **__: object()),  # a library without renameat2
-        (room, "_can_move", lambda _: False),
+        (room, "can_move", lambda _: False),
     ],
 )
 def test_every_way_to_replace_gives_the_same(old, monkeypatch, place, name, instead):
@@ -258,7 +261,7 @@ def test_a_json_file_that_cannot_be_used_is_named(tmp_path, monkeypatch, text, s
 
 
 def test_files_that_were_replaced_in_part_are_reported(old, monkeypatch):
-    monkeypatch.setattr(room, "_can_move", lambda _: False)
+    monkeypatch.setattr(room, "can_move", lambda _: False)
     (old / "second").mkdir()
     (old / "second" / "full").touch()
     with pytest.raises(ResultError, match="some of its files are old, some new"):
@@ -266,7 +269,7 @@ def test_files_that_were_replaced_in_part_are_reported(old, monkeypatch):
 
 
 def test_a_folder_of_results_is_replaced_where_it_cannot_be_renamed(old, monkeypatch):
-    monkeypatch.setattr(room, "_can_move", lambda folder: folder.name != "walk")
+    monkeypatch.setattr(room, "can_move", lambda folder: folder.name != "walk")
     with replaced_folder(old, ["sub/compare"]) as new:
         (new / "sub").mkdir()
         (new / "sub" / "data").write_text("new")

@@ -1,0 +1,104 @@
+"""How far joints turn and how strong they are: Eq. (19) and what the torques of Eq. (18) weigh.
+
+The paper prints neither: they are those of ``data/joint_limits.csv``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from human_gait import data
+from human_gait.arrays import FloatArray
+from human_gait.body.skeleton import DOF_NAMES, GRAVITY, index, mirror
+from human_gait.exceptions import ScenarioError
+from human_gait.scenario import Scenario, Subject
+
+_ROWS = data.rows("joint_limits")
+
+
+def position_limits() -> tuple[FloatArray, FloatArray]:
+    """Return the lower and the upper limits of all DOF, each (55,), [rad] and [m]."""
+    unit = [np.deg2rad(1.0) if row["unit"] == "deg" else 1.0 for row in _ROWS]
+    lower, upper = (np.array([float(row[side]) for row in _ROWS]) for side in ("lower", "upper"))
+    return lower * unit, upper * unit
+
+
+def joint_limits(scenario: Scenario) -> tuple[FloatArray, FloatArray]:
+    """Return the limits of Eq. (19), each (55,): anatomy, an upright trunk, the scenario's own.
+
+    Returns
+    -------
+    lower, upper : (55,) array, [rad] and [m]
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario names a DOF that does not exist or leaves one without range.
+    """
+    lower, upper = position_limits()
+    for i, name in enumerate(DOF_NAMES):
+        middle, reach = _held(name, scenario)
+        lower[i], upper[i] = max(lower[i], middle - reach), min(upper[i], middle + reach)
+    for name, (low, high) in scenario.limits.ranges_si(DOF_NAMES).items():
+        lower[index(name)], upper[index(name)] = low, high
+    frozen = [index(name) for name in scenario.limits.frozen_dofs(DOF_NAMES)]
+    lower[frozen] = upper[frozen] = 0.0
+    return _on_both_sides(lower, upper)
+
+
+def torque_limits(subject: Subject, deviations: float = 2.0) -> tuple[FloatArray, FloatArray]:
+    """Return the lower and the upper strength limits, each (55,), [N m].
+
+    Parameters
+    ----------
+    subject : Subject
+        Where the source gives strength per body weight times stature, it is scaled by both.
+    deviations : float
+        Standard deviations above the mean strength, where the source has them: walking alone
+        takes about the mean strength of the ankle.
+
+    Returns
+    -------
+    tuple of (55,) arrays
+        Infinite for the global DOF, which the ground reaction balances.
+    """
+    lower = [_strength(row, "min", -deviations, subject) for row in _ROWS]
+    upper = [_strength(row, "max", deviations, subject) for row in _ROWS]
+    return np.array(lower), np.array(upper)
+
+
+def _on_both_sides(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the limits that a posture keeps together with its mirror image, the next step's."""
+    ends = mirror(lower), mirror(upper)
+    lower, upper = np.maximum(lower, np.minimum(*ends)), np.minimum(upper, np.maximum(*ends))
+    for i in np.flatnonzero(lower > upper):
+        allowed = "leaves no range that a walk and its mirror image share"
+        raise ScenarioError(f"limits.{DOF_NAMES[i]}", allowed)
+    return lower, upper
+
+
+def _held(name: str, scenario: Scenario) -> tuple[float, float]:
+    """Return the middle of a DOF of the upper body, and how far it may depart from it, [rad]."""
+    posture = scenario.posture
+    ranges = {
+        "pelvis_r": (0.0, posture.pelvis_deg),
+        "spine": (0.0, posture.spine_deg),
+        "neck": (0.0, posture.neck_deg),
+        "clavicle": (0.0, posture.arms_deg / 3.0),
+        "shoulder": (0.0, posture.arms_deg),
+        "elbow": (20.0, posture.arms_deg),
+        "forearm": (0.0, posture.arms_deg),
+        "wrist": (0.0, posture.arms_deg),
+    }
+    held = [ranges[part] for part in ranges if name.startswith(part)]
+    middle, reach = np.deg2rad(held[0]) if held else (0.0, np.inf)
+    return float(middle), float(reach)
+
+
+def _strength(row: Mapping[str, str], side: str, deviations: float, subject: Subject) -> float:
+    if not row["torque_unit"]:
+        return float("-inf") if side == "min" else float("inf")
+    unit = subject.mass * GRAVITY * subject.stature if row["torque_unit"] == "BW H" else 1.0
+    return unit * (float(row[f"torque_{side}"]) + deviations * float(row[f"torque_{side}_sd"]))

@@ -1,0 +1,137 @@
+"""What a run tells on a terminal: its task, how it goes, checks, verdict and diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Literal
+
+from rich.console import Console, RenderableType
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from human_gait.checks.verification import Check
+from human_gait.problem.program import GaitProgram
+from human_gait.results.explanation import diagnosis_text
+from human_gait.scenario import Scenario
+from human_gait.solving.solver import Iterate
+from human_gait.solving.starts import GIVEN, OWN_GUESS, WARM, Attempt
+from human_gait.solving.summary import diagnosis_content
+
+Tell = Callable[[str], Callable[[Iterate], None]]
+"""Takes the name of a start and returns what shows the iterates of its solve."""
+
+_LINE_EVERY = 25  # iterates, where there is no terminal
+
+
+def show(what: RenderableType) -> None:
+    """Print a line or a table."""
+    Console(highlight=False).print(what)
+
+
+def show_task(program: GaitProgram, solver: str) -> None:
+    """Print what is to be solved, in one line."""
+    show(
+        f"{program.scenario.name}: {len(program.variables)} variables, "
+        f"{program.n_constraint_rows} constraints, {solver}, dynamics by {program.dynamics}"
+    )
+
+
+@contextmanager
+def progress() -> Iterator[Tell]:
+    """Yield a function that takes the name of a start and returns one that shows iterates.
+
+    On a terminal there is one live line, else a line now and then.
+    """
+    console = Console(highlight=False)
+
+    def some(now: Iterate) -> None:
+        if now.number % _LINE_EVERY == 1:
+            console.print(_line(now), soft_wrap=True)
+
+    def begin(start: str, show: Callable[[Iterate], None]) -> Callable[[Iterate], None]:
+        if start not in (OWN_GUESS, GIVEN, WARM):
+            console.print(f"no walk yet; next start: {start}")
+        return show
+
+    if not console.is_terminal:
+        yield lambda start: begin(start, some)
+        return
+    with Live(console=console, refresh_per_second=8, transient=False) as live:
+        yield lambda start: begin(start, lambda now: live.update(_line(now)))
+
+
+def _line(now: Iterate) -> Text:
+    worst = now.worst
+    equation = f" (Eq. {worst.equation})" if worst.equation else ""
+    return Text(
+        f"{now.stage:>8} {now.number:5d}  {now.elapsed:6.1f} s  cost {now.cost:10.1f} N2 m2 s  "
+        f"worst: {worst.name}{equation} {worst.value:.1e} {worst.unit}"
+    )
+
+
+def show_outcome(kept: Attempt, attempts: list[Attempt], folder: Path) -> None:
+    """Print the checks, the verdict and, where there is no walk, what is wrong and what to try.
+
+    Parameters
+    ----------
+    kept : Attempt
+    attempts : list of Attempt
+        All of them.
+    folder : Path
+        Where the result is.
+    """
+    show(_check_table(kept.checks))
+    show(_verdict(kept, attempts, folder))
+    if not kept.success:
+        diagnosis = diagnosis_text(diagnosis_content(kept))
+        Console(highlight=False).print(diagnosis, soft_wrap=True, markup=False)
+
+
+def show_checks(scenario: Scenario, checks: list[Check]) -> None:
+    """Print the claims that a walk is held against, and the table of its checks."""
+    Console(highlight=False).print(_asked_for(scenario), markup=False)
+    show(_check_table(checks))
+
+
+def warn(what: object) -> None:
+    """Print a warning on standard error, in one line."""
+    told = Console(stderr=True, highlight=False)
+    told.print(f"warning: {what}", soft_wrap=True, markup=False)
+
+
+def _asked_for(scenario: Scenario) -> str:
+    """Return the claims that a walk is held against, in one line."""
+    walk, subject, limits = scenario.walk, scenario.subject, scenario.limits
+    own = [*limits.frozen, *(limited.name for limited in limits.ranges)]
+    return (
+        f"{scenario.name}: {walk.speed:g} m/s, step {walk.step_length:g} m; {subject.sex}, "
+        f"{subject.stature:g} m, {subject.mass:g} kg, load {scenario.load.mass:g} kg; "
+        f"friction {scenario.ground.friction:g}; joints with limits of their own: {len(own)}"
+    )
+
+
+def _check_table(checks: list[Check]) -> Table:
+    table = Table(box=None, padding=(0, 1, 0, 0), title="The walk, on a grid ten times finer")
+    table.title_justify = "left"
+    for column in ("check", "found", "limit", "unit", r"t \[s]", ""):
+        side: Literal["left", "right"] = "right" if column in ("found", "limit") else "left"
+        table.add_column(column, justify=side, no_wrap=True)
+    for check in checks:
+        found, limit, at = f"{check.value:.2g}", f"{check.limit:g}", f"{check.time:.3f}"
+        table.add_row(check.name, found, limit, check.unit, at, "ok" if check.passed else "FAIL")
+    return table
+
+
+def _verdict(kept: Attempt, attempts: list[Attempt], folder: Path) -> str:
+    solution, outcome = kept.solution, "found a walk" if kept.success else "found no walk"
+    if all(check.passed for check in kept.checks) and not kept.success:
+        outcome = "found a walk that is not the cheapest: it stopped before the optimum,"
+    seconds = sum(attempt.solution.wall_time for attempt in attempts)
+    starts = f", {len(attempts)} starts, kept: {kept.start}" if len(attempts) > 1 else ""
+    return (
+        f"{solution.solver} {outcome} in {seconds:.1f} s ({solution.status}{starts}); "
+        f"result in {folder}"
+    )

@@ -1,0 +1,40 @@
+"""How a command ends: its exit code, and one line on standard error if it is not 0."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import typer
+
+from human_gait.exceptions import GaitError, NoSolutionFound, ScenarioError
+
+NO_SOLUTION = 1
+BAD_INPUT = 2
+INTERRUPTED = 130
+LONGEST_MESSAGE = 500
+
+
+def complain(message: object, code: int) -> int:
+    """Print one line on standard error and return the exit code."""
+    printable = "".join(sign if sign.isprintable() else " " for sign in str(message))
+    if len(printable) > LONGEST_MESSAGE:
+        printable = printable[: LONGEST_MESSAGE - 3] + "..."
+    typer.echo(f"error: {printable}", err=True)
+    return code
+
+
+def exit_code(command: Callable[[], int | None]) -> int:
+    """Run a command and return its exit code; an error that a user can cause is one line."""
+    try:
+        code = command() or 0
+    except NoSolutionFound as error:
+        return complain(error, NO_SOLUTION)
+    except typer.BadParameter as error:
+        return complain(error.format_message().replace("Value error, ", ""), BAD_INPUT)
+    except ScenarioError as error:
+        return max(complain(each, BAD_INPUT) for each in error.errors)
+    except (GaitError, typer.TyperException, OSError) as error:
+        return complain(error, BAD_INPUT)
+    except MemoryError:
+        return complain("the memory is not enough for this", BAD_INPUT)
+    return complain("interrupted", INTERRUPTED) if code == INTERRUPTED else code

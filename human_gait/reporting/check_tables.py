@@ -1,0 +1,101 @@
+"""Tables of a report about the checks of a walk and the constraints of its problem."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from human_gait.reporting.cells import Cell, Table, groups, number
+from human_gait.reporting.outcome import Finding
+from human_gait.reporting.results import Result
+
+EQUATIONS: Mapping[str, str] = {
+    "angles off the splines": "28",
+    "velocities off the splines": "28",
+    "accelerations off the splines": "28",
+    "footholds off the plan": "21",
+    "torques off Pinocchio's": "9",
+    "torques off Drake's": "9",
+    "torques off the recursion's": "9",
+    "next step's torques off Drake's": "9, 26",
+    "muscle torques off the torques": "18",
+    "unbalanced force or moment": "17",
+    "momentum off the impulse": "Newton, Euler",
+    "energy off the work": "work and energy",
+    "mean vertical force against weight": "Newton",
+    "moments not shared as the loads": "17",
+    "ZMP off that of the forces": "Fig. 5",
+    "ZMP outside the foot support region": "22",
+    "friction needed against sliding": "Coulomb",
+    "friction needed against turning": "Coulomb",
+    "standing points off their footholds": "20, 21",
+    "speed of standing points": "24",
+    "depth below the ground": "20",
+    "joint limits exceeded": "19",
+    "limits of the pelvis exceeded": "19",
+    "pelvis off the walking speed": "23",
+    "knee off 60 deg at mid-swing": "25",
+    "arms swinging with the legs": "27",
+    "posture not periodic": "26",
+    "velocity not periodic": "26",
+}
+"""Equations of the paper, or laws, that the checks stand for; the others are of this package."""
+
+
+def checks(results: Sequence[Result]) -> Table:
+    """Return every check with its limit, its equation and whether it is passed."""
+    found = _by_name([one.outcome.checks for one in results])
+    alone = len(results) == 1
+    heads = ("found", "passed", "t [s]") if alone else ("found", "passed")
+    rows = [
+        (*_about(name, ones), _limit(ones), *(cell for one in ones for cell in _check(one, alone)))
+        for name, ones in found.items()
+    ]
+    columns = ("check", "Eq.", "unit", "limit", *(head for _ in results for head in heads))
+    return Table(columns, tuple(rows), groups(4, results, len(heads)))
+
+
+def violations(results: Sequence[Result]) -> Table:
+    """Return the worst violation of every constraint at the instants that were constrained."""
+    found = _by_name([one.outcome.violations for one in results])
+    heads = ("beyond its bound", "t [s]", "worst") if len(results) == 1 else ("beyond", "t [s]")
+    rows = [
+        (*_about(name, ones), *(cell for one in ones for cell in _violation(one, len(heads))))
+        for name, ones in found.items()
+    ]
+    columns = ("constraint", "Eq.", "unit", *(head for _ in results for head in heads))
+    return Table(columns, tuple(rows), groups(3, results, len(heads)))
+
+
+def _by_name(found: Sequence[Sequence[Finding]]) -> dict[str, list[Finding | None]]:
+    """Return the findings of all results, None where a result has not that constraint."""
+    names = dict.fromkeys(one.name for findings in found for one in findings)
+    lookups = [{one.name: one for one in findings} for findings in found]
+    return {name: [lookup.get(name) for lookup in lookups] for name in names}
+
+
+def _about(name: str, ones: Sequence[Finding | None]) -> tuple[Cell, ...]:
+    first = next(one for one in ones if one)
+    return Cell(name), Cell(first.equation or EQUATIONS.get(name, "")), Cell(first.unit)
+
+
+def _limit(ones: Sequence[Finding | None]) -> Cell:
+    """Return the limit of a check, or all of them if they differ."""
+    limits = list(dict.fromkeys(one.limit for one in ones if one))
+    cells = [number(limit) for limit in limits]
+    return cells[0] if len(cells) == 1 else Cell(" or ".join(cell.text for cell in cells))
+
+
+def _check(one: Finding | None, alone: bool) -> Iterator[Cell]:
+    if one is None:
+        yield from (Cell(""), Cell(""))
+        return
+    yield number(one.value, ".2g", "" if one.passed else "bad")
+    yield Cell("yes", mark="good") if one.passed else Cell("NO", mark="bad")
+    if alone:
+        yield number(one.time, ".3f")
+
+
+def _violation(one: Finding | None, n: int) -> tuple[Cell, ...]:
+    if one is None:
+        return (Cell(""),) * n
+    return (number(one.value, ".2g"), number(one.time, ".3f"), Cell(one.what))[:n]

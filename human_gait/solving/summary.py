@@ -1,0 +1,108 @@
+"""What the files of a result tell of a solve: ``summary.json``, ``explanation.json``."""
+
+from __future__ import annotations
+
+import platform
+from dataclasses import asdict
+from importlib.metadata import version
+from typing import Any
+
+from human_gait.checks.verification import Check
+from human_gait.problem.program import GaitProgram
+from human_gait.solving.diagnosis import check_text, not_kept, suggestions, violation_text
+from human_gait.solving.shadow_prices import influences
+from human_gait.solving.solver import Solution
+from human_gait.solving.starts import Attempt
+
+PACKAGES = ("human-gait", "drake", "daqp", "pin", "numpy", "scipy")
+
+
+def summary_content(kept: Attempt, attempts: list[Attempt], seed: int) -> dict[str, Any]:
+    """Return what ``summary.json`` tells.
+
+    Parameters
+    ----------
+    kept : Attempt
+    attempts : list of Attempt
+        All of them, in their order.
+    seed : int
+        Of the random starts.
+    """
+    program, solution, checks = kept.program, kept.solution, kept.checks
+    scenario = program.scenario
+    return {
+        "success": kept.success,
+        "start": kept.start,
+        "seed": seed,
+        "solver": solution.solver,
+        "dynamics": program.dynamics,
+        "solver_status": solution.status,
+        "wall_time_s": sum(attempt.solution.wall_time for attempt in attempts),
+        "attempts": [_attempt(attempt) for attempt in attempts],
+        "iterations": solution.iterations,
+        "evaluations": solution.evaluations,
+        "cost": solution.cost,
+        "cost_unit": "N^2 m^2 s",
+        "n_variables": len(program.variables),
+        "n_constraints": program.n_constraint_rows,
+        "violations": {
+            worst.name: {
+                "what": worst.what,
+                "value": worst.value,
+                "unit": worst.unit,
+                "time_s": worst.time,
+                "equation": worst.equation,
+            }
+            for worst in solution.violations
+        },
+        "checks": checks_content(checks),
+        "diagnosis": None if kept.success else diagnosis_content(kept),
+        "walking_speed_m_per_s": scenario.walk.speed,
+        "step_length_m": scenario.walk.step_length,
+        "body_mass_kg": scenario.subject.mass,
+        "load_kg": scenario.load.mass,
+        "scenario": scenario.to_dict(),
+        "versions": {"python": platform.python_version()}
+        | {package: version(package) for package in PACKAGES},
+    }
+
+
+def _attempt(attempt: Attempt) -> dict[str, Any]:
+    solution = attempt.solution
+    return {
+        "start": attempt.start,
+        "solver": solution.solver,
+        "solver_status": solution.status,
+        "converged": solution.converged,
+        "success": attempt.success,
+        "failed_checks": [check.name for check in attempt.checks if not check.passed],
+        "wall_time_s": solution.wall_time,
+        "evaluations": solution.evaluations,
+        "cost": solution.cost,
+    }
+
+
+def checks_content(checks: list[Check]) -> dict[str, dict[str, Any]]:
+    """Return the checks by name, and whether each is passed."""
+    return {check.name: {**asdict(check), "passed": check.passed} for check in checks}
+
+
+def diagnosis_content(attempt: Attempt) -> dict[str, Any]:
+    """Return which constraints and checks failed, when and by how much, and what to try."""
+    program, solution, checks = attempt.program, attempt.solution, attempt.checks
+    scenario, T = program.scenario, program.basis.step_time
+    broken = [violation_text(worst, T) for worst in not_kept(scenario, solution.violations)]
+    failed = [check_text(check, T) for check in checks if not check.passed]
+    tries = [asdict(one) for one in suggestions(program, solution, checks)]
+    return {"not_kept": broken + failed, "try": tries}
+
+
+def explanation_content(program: GaitProgram, solution: Solution) -> dict[str, Any]:
+    """Return what shapes a gait, the most costly bound first; nothing unless it converged."""
+    return {
+        "cost": solution.cost,
+        "cost_unit": "N^2 m^2 s",
+        "price_unit": "N^2 m^2 s per unit of the bound",
+        "step_time_s": program.basis.step_time,
+        "shapes": [one.to_dict() for one in influences(program, solution)],
+    }
