@@ -23,7 +23,12 @@ def requirements() -> list[str]:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     project = settings["project"]
     extras = {name for names in project["optional-dependencies"].values() for name in names}
-    return [*project["dependencies"], *sorted(extras), *settings["build-system"]["requires"], "editables"]
+    return [
+        *project["dependencies"],
+        *sorted(extras),
+        *settings["build-system"]["requires"],
+        "editables",
+    ]
 
 
 def installed(python: str, wanted: list[str]) -> tuple[str, list[str]]:
