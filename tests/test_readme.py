@@ -28,14 +28,6 @@ TARGETS = sorted(set(re.findall(r"^make ([a-z-]+)", SHELL, re.MULTILINE)))
 EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
 RESULTS = ("normal", "preferred", "backpack-0", "backpack-20", "backpack-40")
 PLACEHOLDER = re.compile(r"\[?[A-Z_]+2?[\].]*")
-COARSE = """[walk]
-speed = 1.2
-step_length = 0.66
-[discretisation]
-control_points = 7
-intervals = 12
-dynamics_per_interval = 1
-"""
 STANDS_FOR = {
     "ADDRESS": "127.0.0.1",
     "DIR": "out/normal",
@@ -49,13 +41,13 @@ STANDS_FOR = {
     "N": "9",
     "NAME": "mine",
     "RESULTS_DIR": "out",
-    "SCENARIO": "coarse.toml",
+    "SCENARIO": "scenarios/normal.toml",
 }
 OWN = {
     "--from": "normal",
     "--seed": "1",
     "--solver": "newton",
-    "--dynamics": "dh",
+    "--dynamics": "pinocchio",
     "--out": "new/out",
 }  # of an option
 
@@ -96,7 +88,6 @@ def commands():
 def here(tmp_path, monkeypatch):
     """A folder like that of a user who has predicted some walks: two, under several names."""
     shutil.copytree(SCENARIOS, tmp_path / "scenarios")
-    (tmp_path / "coarse.toml").write_text(COARSE)
     for name in RESULTS:
         found = solved("backpack-40" if name == "backpack-40" else "normal")
         shutil.copytree(found.folder, tmp_path / "out" / name)
