@@ -75,7 +75,7 @@ PARTS: dict[str, dict[str, tuple[str, ...]]] = {
     "objective": {"human_gait.problem.program": ("torque_squared", "lean_on_torques")},
     "rows of the constraints": {
         "human_gait.problem.program:GaitProgram": ("rows", "residual"),
-        "human_gait.problem.constraints:Constraint": ("lean",),
+        "human_gait.problem.residual:Constraint": ("add_to_adjoint",),
     },
     "second derivatives on the tree": {
         "human_gait.dynamics.second_derivatives:TreeCurvature": ("hessian",)
