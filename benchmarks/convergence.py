@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
 
+from human_gait.checks import ground, motion
 from human_gait.checks.verification import verify
 from human_gait.exceptions import ResultError
 from human_gait.people.reference import references_near, scores
@@ -35,9 +36,9 @@ SCENARIOS = Path(__file__).parent.parent / "scenarios"
 NUMBERS = range(5, 13)
 FEW = 6  # up to here clamped splines
 DENSE = {
-    "footholds": "standing points off their footholds",
-    "penetration": "depth below the ground",
-    "ZMP": "ZMP outside the foot support region",
+    "footholds": motion.FOOTHOLDS.name,
+    "penetration": motion.DEPTH.name,
+    "ZMP": ground.ZMP.name,
 }
 CURVES = {
     "hip": "hip_flexion_deg",

@@ -75,7 +75,7 @@ PARTS: dict[str, dict[str, tuple[str, ...]]] = {
     "objective": {"human_gait.problem.program": ("torque_squared", "lean_on_torques")},
     "rows of the constraints": {
         "human_gait.problem.program:GaitProgram": ("rows", "residual"),
-        "human_gait.problem.constraints:Constraint": ("lean",),
+        "human_gait.problem.residual:Constraint": ("add_to_adjoint",),
     },
     "second derivatives on the tree": {
         "human_gait.dynamics.second_derivatives:TreeCurvature": ("hessian",)
@@ -321,7 +321,7 @@ def compiled(folder: Path) -> Path | str:
 
 
 def _eigen(prefix: Path) -> Path | None:
-    """Return a folder with the headers of Eigen; the package CasADi, of `dev`, brings them."""
+    """Return a folder with the headers of Eigen; CasADi, of the extra `test`, brings them."""
     casadi = importlib.util.find_spec("casadi")
     places = [prefix / "include/eigen3", Path("/usr/include/eigen3")]
     if casadi and casadi.origin:

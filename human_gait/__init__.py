@@ -83,9 +83,9 @@ __all__ = [
 
 if TYPE_CHECKING:
     from human_gait.body.person import Body, make_body
+    from human_gait.checks.check import Check
     from human_gait.checks.models import drake_plant, pinocchio_model
     from human_gait.checks.table import Checks, verify
-    from human_gait.checks.verification import Check
     from human_gait.people.comparison import Comparison, compare
     from human_gait.playback.page import play
     from human_gait.problem.program import GaitProgram, bspline_trajectory, build_program
@@ -99,7 +99,7 @@ else:
     # Made available on first use: a solver or a browser viewer takes up to a second to import.
     _MODULE_OF = {
         "Body": "body.person",
-        "Check": "checks.verification",
+        "Check": "checks.check",
         "Checks": "checks.table",
         "Comparison": "people.comparison",
         "Explanation": "reporting.calls",

@@ -12,7 +12,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from human_gait.checks.verification import Check
+from human_gait.checks.check import Check
 from human_gait.problem.program import GaitProgram
 from human_gait.results.explanation import diagnosis_text
 from human_gait.scenario import Scenario

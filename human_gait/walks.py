@@ -15,7 +15,8 @@ from pathlib import Path
 from human_gait import console
 from human_gait.checks.table import Checks, verify
 from human_gait.exceptions import NoSolutionFound
-from human_gait.problem.program import LIMITS, SYMMETRY, GaitProgram, build_program
+from human_gait.problem.constraints import LIMITS, SYMMETRY
+from human_gait.problem.program import GaitProgram, build_program
 from human_gait.results.folder import replaced_folder
 from human_gait.results.names import EXPLANATION, GAIT_CYCLE, SUMMARY, result_files
 from human_gait.results.reading import read_json
@@ -195,5 +196,5 @@ def _attempt(gait: Gait) -> Attempt:
 def _program(gait: Gait) -> GaitProgram:
     """Return the problem that a gait solves, with friction where it was found with that."""
     program = build_program(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
-    known = {SYMMETRY[0], LIMITS[0], *(constraint.name for constraint in program.constraints)}
+    known = {SYMMETRY.name, LIMITS.name, *(constraint.name for constraint in program.constraints)}
     return program if known >= gait.multipliers.keys() else program.with_friction()

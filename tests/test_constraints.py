@@ -7,7 +7,21 @@ from walks import scenario
 from human_gait.body import dh
 from human_gait.body.links import CONTACT_POINTS, GRAVITY
 from human_gait.body.skeleton import index
+from human_gait.problem.balance_rows import (
+    GROUND_PUSHES,
+    LOAD_TRANSFER,
+    SLIDING_FRICTION,
+    TURNING_FRICTION,
+    ZMP_STABILITY,
+)
 from human_gait.problem.constraints import friction_constraints, paper_constraints
+from human_gait.problem.contact_rows import (
+    CONTACT_POSITION,
+    FEET_APART,
+    GROUND_PENETRATION,
+    SOFT_IMPACT,
+)
+from human_gait.problem.posture_rows import ARM_LEG_COUPLING, KNEE_AT_MID_SWING, PELVIC_VELOCITY
 from human_gait.walk.contact_plan import LEFT, RIGHT
 from human_gait.walk.instant import Walker
 
@@ -32,10 +46,10 @@ def standing(**changes):
     return q
 
 
-def named(name, times=FLAT):
+def demanded(demand, times=FLAT):
     """One constraint on a grid."""
     constraints = paper_constraints(TASK, PLAN, times) + friction_constraints(PLAN, times)
-    return next(c for c in constraints if c.name == name)
+    return next(c for c in constraints if c.demand == demand)
 
 
 def at_rest(q, times=FLAT, v=None, a=None):
@@ -71,7 +85,7 @@ def kept(constraint, residual):
 
 
 def test_a_foot_on_its_foothold_keeps_the_contact_position():
-    constraint = named("contact position")
+    constraint = demanded(CONTACT_POSITION)
     residual = constraint.evaluate(at_rest(standing()))
     assert residual.value.shape == (3 * POINTS,)  # the right foot swings
     np.testing.assert_allclose(residual.value, 0.0, atol=1e-13)
@@ -79,7 +93,7 @@ def test_a_foot_on_its_foothold_keeps_the_contact_position():
 
 @pytest.mark.parametrize(("joint", "axis"), [("pelvis_tx", X), ("pelvis_ty", Y), ("pelvis_tz", Z)])
 def test_a_standing_foot_moved_by_a_centimetre_is_a_centimetre_off(joint, axis):
-    constraint = named("contact position")
+    constraint = demanded(CONTACT_POSITION)
     residual = constraint.evaluate(at_rest(standing(**{joint: 0.01})))
     off = residual.value.reshape(POINTS, 3)
     np.testing.assert_allclose(off[:, axis], 0.01)
@@ -88,7 +102,7 @@ def test_a_standing_foot_moved_by_a_centimetre_is_a_centimetre_off(joint, axis):
 
 
 def test_contact_may_be_missed_by_the_tolerance():
-    constraint = named("contact position")
+    constraint = demanded(CONTACT_POSITION)
     within = constraint.evaluate(at_rest(standing(pelvis_tz=0.99 * TASK.tolerances.contact)))
     beyond = constraint.evaluate(at_rest(standing(pelvis_tz=1.01 * TASK.tolerances.contact)))
     assert kept(constraint, within).all()
@@ -99,7 +113,7 @@ def test_in_double_support_both_feet_have_footholds():
     phases = PLAN.phases
     both_flat = phases.foot_flat * T  # the trailing ball is still down at its last instant
     assert phases.foot_flat <= phases.ball_off
-    constraint = named("contact position", np.array([both_flat]))
+    constraint = demanded(CONTACT_POSITION, np.array([both_flat]))
     off = constraint.evaluate(at_rest(standing(), times=np.zeros(1))).value.reshape(-1, 3)
     assert len(off) == 3 + POINTS  # ball and toe of the right foot, all of the left
     np.testing.assert_allclose(off[:3, Z], L, atol=1e-13)  # the right foot stands beside the left
@@ -111,7 +125,7 @@ def test_in_double_support_both_feet_have_footholds():
 )
 def test_rows_of_the_zmp_name_the_edge_that_is_passed(x, z, edge):
     """The centre of mass half a metre from the standing left foot; x points left, z forward."""
-    constraint = named("ZMP stability")
+    constraint = demanded(ZMP_STABILITY)
     foot = PLAN.ankles[LEFT]
     residual = constraint.evaluate(at_rest(centred(foot[X] + 0.5 * x, foot[Z] + 0.5 * z)))
     worst = constraint.what[np.argmin(residual.value - constraint.lower)]
@@ -119,7 +133,7 @@ def test_rows_of_the_zmp_name_the_edge_that_is_passed(x, z, edge):
 
 
 def test_a_swinging_foot_in_the_ground_is_penetration():
-    constraint = named("ground penetration")
+    constraint = demanded(GROUND_PENETRATION)
     assert len(constraint.lower) == POINTS  # the points of the right foot
     level = constraint.evaluate(at_rest(standing()))
     sunken = constraint.evaluate(at_rest(standing(pelvis_ty=-0.01)))
@@ -133,13 +147,13 @@ def test_a_swinging_foot_in_the_ground_is_penetration():
 
 def test_every_point_either_stands_or_is_kept_above_the_ground():
     times = np.arange(12) * T / 12
-    above, on = named("ground penetration", times), named("contact position", times)
+    above, on = demanded(GROUND_PENETRATION, times), demanded(CONTACT_POSITION, times)
     assert len(above.lower) + len(on.lower) / 3 == 2 * POINTS * len(times)
 
 
 def test_feet_pass_each_other_at_a_distance():
     """Standing, heel and toe are as far apart as the hips; crossed legs are refused."""
-    constraint = named("feet apart")
+    constraint = demanded(FEET_APART)
     apart = constraint.evaluate(at_rest(standing()))
     np.testing.assert_allclose(apart.value, 2 * WALKER.body.measures.lengths["w_hip"])
     crossed = constraint.evaluate(at_rest(standing(hip_abduction_r=-0.25)))
@@ -150,15 +164,15 @@ def test_feet_pass_each_other_at_a_distance():
 def test_motion_is_constrained_on_the_coarser_grid_and_forces_on_the_finer():
     task = scenario(dynamics_per_interval=3)
     times = np.arange(36) * T / 36
-    instants = {c.name: set(c.instants) for c in paper_constraints(task, PLAN, times)}
-    for name in ("contact position", "pelvic velocity", "arm-leg coupling"):
-        assert instants[name] == set(range(0, 36, 3))
-    for name in ("ZMP stability", "ground pushes"):
-        assert instants[name] == set(range(36))
+    instants = {c.demand: set(c.instants) for c in paper_constraints(task, PLAN, times)}
+    for demand in (CONTACT_POSITION, PELVIC_VELOCITY, ARM_LEG_COUPLING):
+        assert instants[demand] == set(range(0, 36, 3))
+    for demand in (ZMP_STABILITY, GROUND_PUSHES):
+        assert instants[demand] == set(range(36))
 
 
 def test_standing_points_do_not_slip():
-    constraint = named("soft impact")
+    constraint = demanded(SOFT_IMPACT)
     still = constraint.evaluate(at_rest(standing()))
     slipping = constraint.evaluate(at_rest(standing(), v=moving(pelvis_tz=0.5)))
     np.testing.assert_allclose(still.value, 0.0, atol=1e-15)
@@ -167,7 +181,7 @@ def test_standing_points_do_not_slip():
 
 
 def test_the_swinging_leg_may_move():
-    constraint = named("soft impact")
+    constraint = demanded(SOFT_IMPACT)
     swinging = constraint.evaluate(at_rest(standing(), v=moving(hip_flexion_r=4.0)))
     np.testing.assert_allclose(swinging.value, 0.0, atol=1e-15)
 
@@ -177,7 +191,7 @@ def middle_of_the_left_foot():
 
 
 def test_above_the_middle_of_the_foot_the_zmp_is_stable():
-    constraint = named("ZMP stability")
+    constraint = demanded(ZMP_STABILITY)
     residual = constraint.evaluate(at_rest(centred(*middle_of_the_left_foot())))
     lower, upper = PLAN.pressure_region(FLAT)[0, LEFT]
     half = (upper - lower) / 2
@@ -191,7 +205,7 @@ def test_outside_the_foot_the_zmp_is_unstable_by_its_distance(row):
     side, axis = divmod(row, 2)
     point = middle_of_the_left_foot()
     point[axis] = PLAN.pressure_region(FLAT)[0, LEFT, side, axis] + (0.02 if side else -0.02)
-    constraint = named("ZMP stability")
+    constraint = demanded(ZMP_STABILITY)
     residual = constraint.evaluate(at_rest(centred(*point)))
     assert residual.value[row] == pytest.approx(-0.02, abs=1e-12)
     np.testing.assert_array_equal(np.flatnonzero(~kept(constraint, residual)), [row])
@@ -200,7 +214,7 @@ def test_outside_the_foot_the_zmp_is_unstable_by_its_distance(row):
 def test_in_double_support_the_pressure_of_both_feet_is_bounded():
     times = np.array([0.5 * (PLAN.phases.foot_flat + PLAN.phases.double_support) * T])
     A, B = (point[0, [X, Z]] for point in PLAN.transfer_points(times))
-    constraint = named("ZMP stability", times)
+    constraint = demanded(ZMP_STABILITY, times)
     between = constraint.evaluate(at_rest(centred(*(A + B) / 2), times))
     beside = constraint.evaluate(at_rest(centred(*(A + B) / 2 + [0.2, 0.0]), times))
     assert len(constraint.lower) == 8
@@ -214,7 +228,7 @@ def handing_over(done, share):
     times = np.atleast_1d(done) * PLAN.phases.double_support * T
     A, B = (point[:, [X, Z]] for point in PLAN.transfer_points(times))
     zmp = A + np.atleast_1d(share)[:, None] * (B - A)
-    constraint = named("load transfer", times)
+    constraint = demanded(LOAD_TRANSFER, times)
     now = at_rest(np.array([centred(*point) for point in zmp]), times)
     return kept(constraint, constraint.evaluate(now)).reshape(2, -1).all(axis=0)
 
@@ -237,7 +251,7 @@ def test_all_load_is_behind_at_first_and_in_front_at_last():
 
 
 def test_who_stands_presses_with_the_weight_and_who_falls_not_at_all():
-    constraint = named("ground pushes")
+    constraint = demanded(GROUND_PUSHES)
     weight = constraint.evaluate(at_rest(standing()))
     a = moving(pelvis_ty=GRAVITY[1])
     falling = constraint.evaluate(at_rest(standing(), a=0.999 * a))
@@ -249,7 +263,7 @@ def test_who_stands_presses_with_the_weight_and_who_falls_not_at_all():
 @pytest.mark.parametrize(("share", "holds"), [(0.9, True), (1.1, False)])
 def test_a_foot_slides_when_it_is_pushed_aside_too_hard(share, holds):
     """The whole body accelerates to the side, at a share of what friction gives."""
-    constraint = named("sliding friction")
+    constraint = demanded(SLIDING_FRICTION)
     a = moving(pelvis_tx=share * 0.95 * TASK.ground.friction * -GRAVITY[1])
     now = constraint.evaluate(at_rest(standing(), a=a))
     assert now.value.item() == pytest.approx((1 - share) * 0.95 * TASK.ground.friction, abs=2e-3)
@@ -259,7 +273,7 @@ def test_a_foot_slides_when_it_is_pushed_aside_too_hard(share, holds):
 @pytest.mark.parametrize("turn", [-1.0, 1.0])
 def test_a_foot_turns_when_the_body_spins_too_fast(turn):
     """Twice the angular acceleration that takes all the moment: one side holds, one does not."""
-    constraint = named("turning friction")
+    constraint = demanded(TURNING_FRICTION)
     spin = turn * moving(pelvis_ry=1.0)
     still, spun = (constraint.evaluate(at_rest(standing(), a=a)).value for a in (0 * spin, spin))
     assert still[0] == pytest.approx(still[1], abs=1e-6)
@@ -276,14 +290,14 @@ def test_a_slippery_floor_allows_less():
     for mu, task in floors.items():
         walker = Walker(task)
         now = walker.at(grid, *(np.zeros((12, 55)) + x for x in (standing(), 0.0, 0.0)))
-        found = {c.name: c for c in friction_constraints(walker.plan, grid)}
-        rows[mu] = {name: found[name].evaluate(now).value for name in found}
-    for name in ("sliding friction", "turning friction"):
-        assert np.all(rows[0.1][name] < rows[0.5][name] + 1e-12)
+        found = friction_constraints(walker.plan, grid)
+        rows[mu] = {constraint.demand: constraint.evaluate(now).value for constraint in found}
+    for demand in (SLIDING_FRICTION, TURNING_FRICTION):
+        assert np.all(rows[0.1][demand] < rows[0.5][demand] + 1e-12)
 
 
 def test_the_pelvis_moves_at_the_walking_speed():
-    constraint = named("pelvic velocity")
+    constraint = demanded(PELVIC_VELOCITY)
     slow = constraint.evaluate(at_rest(standing(), v=moving(pelvis_tz=TASK.walk.speed - 0.3)))
     right = constraint.evaluate(at_rest(standing(), v=moving(pelvis_tz=TASK.walk.speed)))
     assert slow.value.item() == pytest.approx(-0.3)
@@ -293,7 +307,7 @@ def test_the_pelvis_moves_at_the_walking_speed():
 
 def test_the_swinging_knee_is_bent_by_60_degrees_at_mid_swing():
     times = np.arange(20) * T / 20
-    constraint = named("knee at mid-swing", times)
+    constraint = demanded(KNEE_AT_MID_SWING, times)
     (k,) = constraint.instants
     assert abs(times[k] / T - PLAN.phases.mid_swing) <= 0.025 + 1e-9  # half an interval
     postures = np.tile(standing(), (20, 1))
@@ -305,7 +319,7 @@ def test_the_swinging_knee_is_bent_by_60_degrees_at_mid_swing():
 
 
 def test_arm_and_leg_of_a_side_swing_against_each_other():
-    constraint = named("arm-leg coupling")
+    constraint = demanded(ARM_LEG_COUPLING)
     q = standing(shoulder_flexion_r=0.2, hip_flexion_r=0.9, shoulder_flexion_l=-0.2)
     q[index("hip_flexion_l")] = 0.9
     residual = constraint.evaluate(at_rest(q))

@@ -11,21 +11,32 @@ from walks import PEOPLE, scenario
 
 from human_gait import cli
 from human_gait.body.skeleton import DOF_NAMES, N_DOF, in_words, index
-from human_gait.checks.verification import FRICTION, Check
+from human_gait.checks import ground, motion
 from human_gait.exceptions import ResultError
-from human_gait.problem.program import COST_SCALE, LIMITS, SYMMETRY, Stage, Violation, build_program
+from human_gait.problem.balance_rows import GROUND_PUSHES
+from human_gait.problem.constraints import LIMITS, SYMMETRY
+from human_gait.problem.contact_rows import CONTACT_POSITION, GROUND_PENETRATION, SOFT_IMPACT
+from human_gait.problem.posture_rows import ARM_LEG_COUPLING, PELVIC_VELOCITY
+from human_gait.problem.program import COST_SCALE, Stage, build_program
+from human_gait.problem.residual import Demand
+from human_gait.problem.violation import Violation
 from human_gait.results.explanation import explained
 from human_gait.solving import solver as solver_room
 from human_gait.solving.diagnosis import amount, not_kept, suggestions, violation_text
-from human_gait.solving.shadow_prices import _MEANING, NEGLIGIBLE, STEPS, _limit_row, influences
+from human_gait.solving.shadow_prices import NEGLIGIBLE, STEPS, influences, limit_row
 from human_gait.solving.solver import SOLVERS, Solution, solve
 from human_gait.walk.gait_cycle import save_gait_cycle
 from human_gait.walk.gait_file import save_gait
 
 DEFAULTS = {"control_points": 8, "intervals": 20}
-FOOT = Violation("contact position", "20, 21", "m", 0.012, 0.1, "left heel, forward")
-OFF_GRID = Check("depth below the ground", "m", 0.02, 0.01, 0.1)
-SLIPPERY = Check(FRICTION[0], "of vertical force", 0.8, 0.5, 0.1)
+FOOT = Violation(CONTACT_POSITION, "m", 0.012, 0.1, "left heel, forward")
+OFF_GRID = motion.DEPTH.found(0.02, 0.01, 0.1)
+SLIPPERY = ground.SLIDING.found(0.8, 0.5, 0.1)
+
+
+def demanded(demand, program):
+    """The constraint of a program with a demand."""
+    return next(c for c in program.constraints if c.demand == demand)
 
 
 def failed(task, violations=(FOOT,), checks=(), **changes):
@@ -54,13 +65,13 @@ def test_a_selection_of_instants_keeps_the_words_of_its_rows():
     for constraint in build_program(scenario()).constraints:
         some = constraint.instants[:1]
         expected = constraint.what[np.isin(constraint.instants, some)]
-        np.testing.assert_array_equal(constraint.at(some).what, expected)
+        np.testing.assert_array_equal(constraint.rows_at(some).what, expected)
 
 
 def test_rows_of_standing_points_say_where_and_along_which_axis():
     """Raising the body moves the heights, moving it forward the forward places, and so on."""
     program = build_program(scenario())
-    constraint = next(c for c in program.constraints if c.name == "contact position")
+    constraint = demanded(CONTACT_POSITION, program)
     guess = program.guess().reshape(-1, N_DOF)
     before = program.residual(constraint, guess.ravel())[0]
     for joint, axis in (("tx", "sideways"), ("ty", "height")):
@@ -100,7 +111,7 @@ def test_amounts_are_in_units_that_one_would_say(value, unit, text):
 def test_a_violation_tells_which_point_how_far_and_when():
     text = violation_text(FOOT, step_time=0.5)
     for part in (
-        "contact position (Eq. 20, 21)",
+        f"{CONTACT_POSITION.name} (Eq. {CONTACT_POSITION.equation})",
         FOOT.what,
         "12 mm",
         "0.100 s",
@@ -126,7 +137,7 @@ def test_the_span_of_a_violation_holds_its_worst_instant():
 
 def test_violations_are_ranked_by_what_may_be_tolerated():
     """A slip of 0.2 m/s is within 0.3 m/s, a millimetre is a quarter of 4 mm."""
-    slip = Violation("soft impact", "24", "m/s", 0.03, 0.1, "")
+    slip = Violation(SOFT_IMPACT, "m/s", 0.03, 0.1)
     foot, kept = replace(FOOT, value=0.001), replace(FOOT, value=0.0)
     assert not_kept(scenario(), [slip, kept, foot]) == [foot, slip]
 
@@ -139,17 +150,47 @@ def test_every_unit_of_a_row_has_a_step_of_its_own():
 
 
 def test_every_constraint_has_a_meaning():
-    names = {constraint.name for constraint in build_program(scenario()).constraints}
-    assert names | {SYMMETRY[0], LIMITS[0]} <= set(_MEANING)
+    program = build_program(scenario()).with_friction()
+    demands = [constraint.demand for constraint in program.constraints]
+    assert all(demand.meaning for demand in [*demands, SYMMETRY, LIMITS])
+
+
+def test_every_tolerance_is_a_setting_that_relaxes_its_constraint():
+    """Moved as the record says, the rows have more room; the other way they have less."""
+    task = scenario()
+    for k, constraint in enumerate(build_program(task).constraints):
+        tolerance = constraint.demand.tolerance
+        if tolerance is None:
+            continue
+        more = 1.01 if tolerance.upwards else 0.99
+        for factor, freer in ((more, True), (2.0 - more, False)):
+            value = factor * getattr(task.tolerances, tolerance.key)
+            changed = replace(task.tolerances, **{tolerance.key: value})
+            program = build_program(replace(task, tolerances=changed))
+            other = program.constraints[k]
+            assert other.demand == constraint.demand
+            assert roomier(program, other, constraint) == freer, constraint.name
+
+
+def roomier(program, other, constraint):
+    """Whether the rows together are further within their bounds."""
+    now = program.instants(program.guess())
+    found = []
+    for one in (other, constraint):
+        value = one.evaluate(now).value
+        found.append(np.minimum(one.upper - value, value - one.lower).sum())
+    return found[0] > found[1]
 
 
 def test_a_constraint_that_is_new_is_told_all_the_same():
     program = build_program(scenario())
-    last = replace(program.constraints[-1], name="new one", unit="N")
+    last = replace(program.constraints[-1], demand=Demand(name="new one"), unit="N")
     program.constraints = [last]
-    prices = {last.name: np.ones(len(last.lower)), LIMITS[0]: np.zeros(len(program.unit))}
+    prices = {last.name: np.ones(len(last.lower)), LIMITS.name: np.zeros(len(program.unit))}
     found = influences(program, solution_like(program, prices, cost=1.0))
-    assert {(one.name, one.step) for one in found} == {("new one", "0.01 N")}
+    assert {(one.name, one.meaning, one.step) for one in found} == {
+        ("new one", "of new one", "0.01 N")
+    }
 
 
 def test_nothing_special_names_the_tolerance_of_the_worst_constraint():
@@ -231,7 +272,7 @@ def test_a_range_without_60_deg_of_knee_flexion_is_named():
 def test_a_range_that_stands_in_the_way_of_the_worst_row_is_named():
     """A pelvis below 0.8 m: the right toes cannot stay above the ground unless it rises."""
     low = {"pelvis_ty": [0.5, 0.8]}
-    ground = Violation("ground penetration", "20", "m", 0.1, 0.1, "right toe, height")
+    ground = Violation(GROUND_PENETRATION, "m", 0.1, 0.1, "right toe, height")
     found = failed(scenario(limits=low, **DEFAULTS), [ground])
     assert "pelvis height, held at 0.80 m" in found["limits.pelvis_ty"]
     high = scenario(limits={"pelvis_ty": [0.5, 1.4]}, **DEFAULTS)
@@ -274,7 +315,7 @@ EXACT = {
     "snopt": {"Major optimality tolerance": 1e-6},
     "ipopt": {"tol": 1e-6, "mu_strategy": "monotone"},
 }
-CURVED = {"newton": "arm-leg coupling", "snopt": "arm-leg coupling", "ipopt": "none: it is slow"}
+CURVED = {"newton": ARM_LEG_COUPLING, "snopt": ARM_LEG_COUPLING, "ipopt": "none: it is slow"}
 
 
 @pytest.fixture(scope="module", params=["acceleration", "velocity"])
@@ -288,7 +329,7 @@ def test_multipliers_are_what_holds_the_cost_back(program, solver):
 
     A quadratic cost under the linear rows, some products and the bounds is quick to minimise.
     """
-    easy = [c for c in program.constraints if c.linear or c.name == CURVED[solver]]
+    easy = [c for c in program.constraints if c.linear or c.demand == CURVED[solver]]
     prog, variables = program._program(easy)
     guess, unit = program.guess(), program.unit
     apart = np.tile(program.limits[1], program.basis.n_free) - guess > 0.1  # pull some joints up
@@ -299,47 +340,47 @@ def test_multipliers_are_what_holds_the_cost_back(program, solver):
     at = end.free
     slope = 2.0 * (at - target * unit) / COST_SCALE
     found = program.multipliers(end.duals, at)
-    held = found[LIMITS[0]].copy()
+    held = found[LIMITS.name].copy()
     matrix = program._symmetry[0]
     if len(matrix):
-        held += matrix.T @ found[SYMMETRY[0]]
+        held += matrix.T @ found[SYMMETRY.name]
     for constraint in easy:
         held += program.residual(constraint, at)[1].T @ found[constraint.name]
     np.testing.assert_allclose(held, slope, atol=2e-3 * np.abs(slope).max())
     lower, upper = (np.tile(limit, program.basis.n_free) for limit in program.limits)
     assert all(np.any(found[c.name] != 0.0) for c in easy if not c.linear)
-    assert np.any(found[LIMITS[0]] < 0.0)
-    assert np.all((at - lower)[found[LIMITS[0]] > 0.0] <= 1e-4)
-    assert np.all((upper - at)[found[LIMITS[0]] < 0.0] <= 1e-4)
+    assert np.any(found[LIMITS.name] < 0.0)
+    assert np.all((at - lower)[found[LIMITS.name] > 0.0] <= 1e-4)
+    assert np.all((upper - at)[found[LIMITS.name] < 0.0] <= 1e-4)
 
 
 def test_a_limit_before_the_step_is_that_of_the_other_side_at_its_end():
     program = build_program(scenario())
     T = program.basis.step_time
-    row = _limit_row(program, index("knee_flexion_r"), 2.0)
+    row = limit_row(program, index("knee_flexion_r"), 2.0)
     assert row.what.startswith("left knee flexion, not below")
     assert 0.5 * T < row.time < T
-    lateral = _limit_row(program, index("spine1_lateral"), 2.0)
+    lateral = limit_row(program, index("spine1_lateral"), 2.0)
     assert "not above" in lateral.what  # in the mirror it bends to the other side
-    inner = _limit_row(program, 3 * N_DOF + index("knee_flexion_r"), -2.0)
+    inner = limit_row(program, 3 * N_DOF + index("knee_flexion_r"), -2.0)
     assert inner.what.startswith("right knee flexion, not above")
 
 
 def test_influences_sum_prices_of_all_instants_and_leave_out_what_is_negligible():
     program = build_program(scenario(limits={"frozen": ["wrist_flexion_r"]}))
     prices = {c.name: np.zeros(len(c.lower)) for c in program.constraints}
-    prices[LIMITS[0]] = np.zeros(len(program.unit))
-    speed = next(c for c in program.constraints if c.name == "pelvic velocity")
+    prices[LIMITS.name] = np.zeros(len(program.unit))
+    speed = demanded(PELVIC_VELOCITY, program)
     prices[speed.name][[2, 5]] = 3.0, -7.0
-    prices["ground pushes"][0] = 1e-9
-    prices[LIMITS[0]][N_DOF * 2 + index("wrist_flexion_r")] = 1.0
+    prices[GROUND_PUSHES.name][0] = 1e-9
+    prices[LIMITS.name][N_DOF * 2 + index("wrist_flexion_r")] = 1.0
     solution = solution_like(program, prices, cost=1.0)
     found = {one.name: one for one in influences(program, solution)}
-    assert set(found) == {"pelvic velocity", "joint limit"}
-    assert found["pelvic velocity"].price == 10.0
-    assert found["pelvic velocity"].saving == pytest.approx(10.0 * STEPS["m/s"][0])
-    assert found["pelvic velocity"].time == program.times[speed.instants[5]]
-    assert "held at 0 deg" in found["joint limit"].what
+    assert set(found) == {PELVIC_VELOCITY.name, LIMITS.name}
+    assert found[PELVIC_VELOCITY.name].price == 10.0
+    assert found[PELVIC_VELOCITY.name].saving == pytest.approx(10.0 * STEPS["m/s"][0])
+    assert found[PELVIC_VELOCITY.name].time == program.times[speed.instants[5]]
+    assert "held at 0 deg" in found[LIMITS.name].what
     assert influences(program, solution_like(program, {}, cost=1.0)) == []
 
 
@@ -473,7 +514,7 @@ def test_the_explanation_of_a_walk_names_bounds_that_hold_it():
     savings = [one["saving"] for one in found["shapes"]]
     assert savings == sorted(savings, reverse=True)
     assert savings[-1] >= NEGLIGIBLE
-    assert {"contact position", "joint limit"} <= {one["constraint"] for one in found["shapes"]}
+    assert {CONTACT_POSITION.name, LIMITS.name} <= {one["constraint"] for one in found["shapes"]}
     assert all(0.0 <= one["time_s"] <= found["step_time_s"] for one in found["shapes"])
     assert result.summary["diagnosis"] is None
     explained(result.folder)
@@ -489,12 +530,12 @@ def test_multipliers_of_a_walk_foretell_what_more_room_saves():
     assert solution.converged
     free = solution.gait.control_points[: program.basis.n_free].ravel()
     slope, prices = program.cost(free)[1], solution.multipliers
-    left = slope - prices[LIMITS[0]]
+    left = slope - prices[LIMITS.name]
     for constraint in program.constraints:
         left -= program.residual(constraint, free)[1].T @ prices[constraint.name]
     assert np.linalg.norm(left * program.unit) < 0.02 * np.linalg.norm(slope * program.unit)
     more = 1e-4
     tolerances = replace(task.tolerances, contact=task.tolerances.contact + more)
     looser = solve(build_program(replace(task, tolerances=tolerances)), start=free)
-    foretold = -more * np.abs(prices["contact position"]).sum()
+    foretold = -more * np.abs(prices[CONTACT_POSITION.name]).sum()
     assert looser.cost - solution.cost == pytest.approx(foretold, rel=0.2)

@@ -5,8 +5,9 @@ import pytest
 from walks import BACKPACK, central_difference, near_walk, scenario
 
 from human_gait.newton.nonlinear_program import Duals
+from human_gait.problem.constraints import LIMITS, SYMMETRY
 from human_gait.problem.lagrangian import Lagrangian
-from human_gait.problem.program import COST_SCALE, LIMITS, SYMMETRY, build_program
+from human_gait.problem.program import COST_SCALE, build_program
 
 TASKS = {
     "mirrored": scenario(load=BACKPACK, dynamics_per_interval=2),
@@ -80,7 +81,7 @@ def test_bounds_are_drakes_and_none_is_left_out(case):
     names = [b.evaluator().get_description() for b in case.lagrangian.bindings]
     sides = (by_binding(case, side) for side in (case.problem.row_lower, case.problem.row_upper))
     found = dict(zip(names, zip(*sides, strict=True), strict=True))
-    found[LIMITS[0]] = case.problem.lower, case.problem.upper
+    found[LIMITS.name] = case.problem.lower, case.problem.upper
     bindings = case.stage.prog.GetAllConstraints()
     assert len(bindings) == len(found) == len(names) + 1
     for rows in (b.evaluator() for b in bindings):
@@ -174,8 +175,8 @@ def test_duals_by_name_and_back_are_the_same(case):
     back = case.lagrangian.from_names(named)
     np.testing.assert_array_equal(back.rows, duals.rows)
     np.testing.assert_array_equal(back.variables, duals.variables)
-    expected = {c.name for c in case.stage.constraints} | {LIMITS[0]}
-    expected |= {SYMMETRY[0]} if case.stage.prog.linear_equality_constraints() else set()
+    expected = {c.name for c in case.stage.constraints} | {LIMITS.name}
+    expected |= {SYMMETRY.name} if case.stage.prog.linear_equality_constraints() else set()
     assert set(named) == expected
 
 
@@ -189,10 +190,10 @@ def test_duals_by_name_belong_to_the_rows_of_their_constraint(case):
     for constraint in case.stage.constraints:
         jacobian = case.program.residual(constraint, free)[1] * case.program.unit
         expected -= named[constraint.name] @ jacobian
-    if SYMMETRY[0] in named:
-        expected -= named[SYMMETRY[0]] @ (case.program._symmetry[0] * case.program.unit)
+    if SYMMETRY.name in named:
+        expected -= named[SYMMETRY.name] @ (case.program._symmetry[0] * case.program.unit)
     np.testing.assert_allclose(slope, expected, atol=1e-10 * np.abs(expected).max())
-    np.testing.assert_array_equal(named[LIMITS[0]], -duals.variables)
+    np.testing.assert_array_equal(named[LIMITS.name], -duals.variables)
 
 
 def test_rows_without_a_name_have_no_dual(case):
@@ -206,7 +207,7 @@ def test_multipliers_and_duals_are_each_others_inverse(task):
     case = Case(task, "torques")
     program, named = case.program, case.lagrangian.by_name(case.random_duals())
     lower, upper = (np.tile(limit, program.basis.n_free) for limit in program.limits)
-    at = np.where(named[LIMITS[0]] > 0.0, lower, upper)
+    at = np.where(named[LIMITS.name] > 0.0, lower, upper)
     back = program.duals(program.multipliers(named, at))
     assert set(back) == set(named)
     for name, dual in named.items():
@@ -221,18 +222,18 @@ def test_multipliers_are_in_units_of_objective_and_row(task):
     case = Case(task, "torques")
     program, named = case.program, case.lagrangian.by_name(case.random_duals())
     lower, upper = (np.tile(limit, program.basis.n_free) for limit in program.limits)
-    at_limit = np.where(named[LIMITS[0]] > 0.0, lower, upper)
+    at_limit = np.where(named[LIMITS.name] > 0.0, lower, upper)
     prices = program.multipliers(named, at_limit)
     for constraint in program.constraints:
         expected = named[constraint.name] / COST_SCALE
         np.testing.assert_allclose(prices[constraint.name], expected, rtol=1e-13)
-    expected = named[LIMITS[0]] / COST_SCALE / program.unit
-    np.testing.assert_allclose(prices[LIMITS[0]], expected, rtol=1e-13)
+    expected = named[LIMITS.name] / COST_SCALE / program.unit
+    np.testing.assert_allclose(prices[LIMITS.name], expected, rtol=1e-13)
 
 
 def test_a_limit_that_is_not_reached_has_no_multiplier(task):
     case = Case(task, "torques")
     program, named = case.program, case.lagrangian.by_name(case.random_duals())
     lower, upper = (np.tile(limit, program.basis.n_free) for limit in program.limits)
-    prices = program.multipliers(named, (lower + upper) / 2)[LIMITS[0]]
+    prices = program.multipliers(named, (lower + upper) / 2)[LIMITS.name]
     np.testing.assert_array_equal(prices[upper - lower > 1e-3], 0.0)

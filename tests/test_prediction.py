@@ -13,7 +13,7 @@ from walking import guessed_gait
 from walks import BACKPACK, scenario
 
 from human_gait import prediction as room
-from human_gait.checks.verification import Check
+from human_gait.checks.check import Check
 from human_gait.exceptions import NoSolutionFound, ResultError, ScenarioError
 from human_gait.prediction import (
     predict_by_all_solvers,
@@ -21,7 +21,8 @@ from human_gait.prediction import (
     refine_to_folder,
     verify_folder,
 )
-from human_gait.problem.program import Violation, refined_program
+from human_gait.problem.program import refined_program
+from human_gait.problem.violation import Violation
 from human_gait.results.names import EXPORTED, MULTIPLIERS
 from human_gait.solving import solver as solver_room
 from human_gait.solving import starts as ladder_room

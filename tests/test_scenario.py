@@ -4,6 +4,7 @@ import dataclasses
 import json
 import math
 import pickle
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from human_gait.exceptions import ScenarioError
-from human_gait.scenario import Limits, Load, Phases, Scenario, Subject, Walk, load_scenario
-from human_gait.scenario.schema import Section
+from human_gait.scenario import (
+    Discretisation,
+    DofRange,
+    Limits,
+    Load,
+    Phases,
+    Scenario,
+    Subject,
+    Walk,
+    load_scenario,
+    scenario_file,
+    shipped_scenarios,
+)
 
 ROOT = Path(__file__).resolve().parent.parent
 WALK = "[walk]\nspeed = 1.2\nstep_length = 0.7\n"
@@ -35,11 +47,7 @@ def refusal(tmp_path, content):
 
 
 def sections():
-    return [
-        (name, kind)
-        for name, kind in Scenario.kinds().items()
-        if isinstance(kind, type) and issubclass(kind, Section) and kind is not Limits
-    ]
+    return [(name, kind) for name, kind in Scenario.sections().items() if kind is not Limits]
 
 
 def numbers():
@@ -196,6 +204,273 @@ def test_a_value_is_checked_wherever_it_is_made():
         Phases(heel_off=0.25)
 
 
+# --- several things wrong at once
+
+
+SEVERAL = """
+colour = "red"
+[walk]
+speed = 9
+step_lenght = 0.7
+[subject]
+sex = "x"
+mass = "40 ft"
+[phases]
+foot_flat = 0.3
+heel_off = 0.2
+[discretisation]
+control_points = 5
+periodicity = "acceleration"
+intervals = 3
+[limits]
+frozen = ["pelvis_tz", "a"]
+a = [0, 1]
+b = [3, -3]
+"""
+WRONG = [
+    "colour",
+    "walk.step_lenght",
+    "walk.speed",
+    "subject.sex",
+    "subject.mass",
+    "phases.foot_flat",
+    "phases.heel_off",
+    "discretisation.intervals",
+    "discretisation.control_points",
+    "limits.b",
+    "limits.frozen",
+    "limits.a",
+]
+
+
+def test_everything_that_is_wrong_is_told_at_once_each_in_a_line_with_the_file(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(SEVERAL)
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path)
+    errors = caught.value.errors
+    assert sorted(error.key for error in errors) == sorted(WRONG)
+    assert str(caught.value).split("\n") == [str(error) for error in errors]
+    assert all(str(error).startswith(f"{path}: {error.key}") for error in errors)
+    assert all(error.errors == (error,) or len(error.errors) == 1 for error in errors)
+
+
+def test_a_single_error_is_as_it_was(tmp_path):
+    message = refusal(tmp_path, WALK + "[subject]\nmass = -70\n")
+    assert message == "subject.mass = -70: must be a number from 30 to 200 kg"
+
+
+@pytest.mark.parametrize(
+    ("content", "lines"),
+    [
+        ("[walk]\nspead = 1.2\n", 2),  # that speed is missing follows from the slip
+        ("[wlak]\nspeed = 1.2\nstep_length = 0.7\n", 1),
+        ("", 2),
+        ("[walk]\nstep_length = 5\n[load]\nmass = 5\nposition = [0.1, 0, 0]\n", 3),
+        (WALK + "[phases]\nheel_off = 0.1\n", 1),  # two rules, one event
+    ],
+)
+def test_what_follows_from_one_slip_is_told_once(tmp_path, content, lines):
+    assert len(refusal(tmp_path, content).splitlines()) == lines
+
+
+def test_conflicts_between_sections_are_told_beside_errors_elsewhere(tmp_path):
+    message = refusal(tmp_path, "[walk]\nspeed = 1.2\nstep_length = 1.5\n[ground]\nfriction = 7\n")
+    assert "ground.friction = 7" in message
+    assert "the reach of legs" in message
+
+
+def test_several_errors_travel_between_processes():
+    with pytest.raises(ScenarioError) as caught:
+        Scenario.from_dict({"walk": {"speed": 9, "step_length": 9}})
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert str(again) == str(caught.value)
+    assert [error.key for error in again.errors] == ["walk.speed", "walk.step_length"]
+
+
+# --- quantities
+
+
+def test_quantities_stand_wherever_a_number_with_a_unit_does(tmp_path):
+    scenario = read(
+        tmp_path,
+        """
+        [walk]
+        speed = "4.32 km/h"
+        step_length = "70 cm"
+        [subject]
+        stature = "5 ft 9 in"
+        mass = "12 st"
+        [load]
+        mass = "40 lb"
+        position = ["0 in", 0.05, "-22 cm"]
+        [phases]
+        heel_off = "65 %"
+        [posture]
+        spine_deg = "0.1 rad"
+        [limits]
+        pelvis_rx = ["-6 deg", "0.1 rad"]
+        pelvis_tz = ["-1 ft", 2]
+        """,
+    )
+    assert scenario.walk == Walk(4.32 / 3.6, 0.7)
+    assert (scenario.subject.stature, scenario.subject.mass) == (1.7526, 168 * 0.45359237)
+    assert scenario.load == Load(18.1436948, (0.0, 0.05, -0.22))
+    assert scenario.phases == Phases(heel_off=0.65)
+    assert scenario.posture.spine_deg == pytest.approx(math.degrees(0.1))
+    tilt, path = scenario.limits.ranges
+    assert (tilt.lower, tilt.upper) == (-6.0, pytest.approx(math.degrees(0.1)))
+    assert (path.lower, path.upper) == (-0.3048, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("setting", "parts"),
+    [
+        ('[load]\nmass = "40 ft"', ['load.mass = "40 ft"', "is a length, a mass is wanted"]),
+        ('[subject]\nstature = "9 ft"', ['= "9 ft"', "is 2.743 m, must be", "from 1.3 to 2.2 m"]),
+        ('[load]\nposition = [0, "5 ft", 0]', ["is 0, 1.524, 0 m", "each from -1 to 1 m"]),
+        ('[load]\nmass = "40"', ['"40"', "must be a number", 'its unit, such as "40 lb"']),
+        ('[load]\nmass = "40 lbz"', ["unknown unit, lbz, did you mean lb?"]),
+        ('[ground]\nfriction = "5 kg"', ["friction", "must be a number from 0.05 to 2"]),
+        ('[discretisation]\nintervals = "20"', ["intervals", "must be a whole number"]),
+        ('[limits]\npelvis_rx = ["1 m", 2]', ["limits.pelvis_rx", "a length, an angle is wanted"]),
+    ],
+)
+def test_a_wrong_quantity_is_told_as_written_and_converted(tmp_path, setting, parts):
+    message = refusal(tmp_path, WALK + setting + "\n")
+    assert [part for part in parts if part not in message] == []
+    assert "\n" not in message
+
+
+# --- in Python
+
+
+def scenario(**sections):
+    return Scenario(name="a", **{"walk": {"speed": 1.2, "step_length": 0.7}, **sections})
+
+
+def test_plain_tables_become_sections():
+    made = scenario(load={"mass": "40 lb"}, limits={"frozen": ["pelvis_rx"]})
+    assert made.walk == Walk(1.2, 0.7)
+    assert made.load == Load(18.1436948)
+    assert made.limits == Limits(("pelvis_rx",))
+    with pytest.raises(ScenarioError, match=r"load\.mas: unknown setting, did you mean mass\?"):
+        scenario(load={"mas": 1.0})
+    with pytest.raises(ScenarioError, match="load = 3: must be a table"):
+        scenario(load=3)
+
+
+def test_a_table_without_a_name_makes_a_scenario_with_one():
+    named = Scenario.from_dict({"walk": {"speed": 1.2, "step_length": 0.7}})
+    assert named.name
+    assert Scenario.from_dict(named.to_dict()) == named
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"speed": 1.0},
+        {"walk.speed": 1.0},
+        {"walk": Walk(1.0, 0.7)},
+        {"walk": {"speed": 1.0, "step_length": 0.7}},
+        {"walk": Walk(0.5, 0.7), "walk.speed": 1.0},
+        {"walk.speed": 1.0, "walk": Walk(0.5, 0.7)},
+        {"speed": "3.6 km/h"},
+    ],
+)
+def test_settings_are_replaced_by_any_of_their_names(changes):
+    before = scenario(load=Load(5.0), limits={"pelvis_rx": [-6, 6]})
+    expected = dataclasses.replace(before, walk=Walk(1.0, 0.7))
+    assert before.replace(changes) == expected
+    assert before.replace(**changes) == expected
+    assert before.walk.speed == 1.2
+
+
+def test_several_settings_are_replaced_at_once_and_the_rest_stays():
+    before = scenario(subject=Subject.default("female"))
+    after = before.replace({"load.mass": 5.0}, name="b", frozen=["pelvis_rx"], heel_off=0.7)
+    changed = {
+        "name": "b",
+        "load": Load(5.0),
+        "limits": Limits(("pelvis_rx",)),
+        "phases": Phases(heel_off=0.7),
+    }
+    assert after == dataclasses.replace(before, **changed)
+
+
+def test_the_range_of_a_joint_is_replaced_by_its_key():
+    after = scenario(limits={"pelvis_rx": [-6, 6]}).replace({"limits.pelvis_rx": [-3, "3 deg"]})
+    assert after.limits.ranges == (DofRange("pelvis_rx", -3.0, 3.0),)
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"sped": 1.0}, ["sped: unknown setting", "did you mean walk.speed?"]),
+        ({"wlak": 1.0}, ["wlak: unknown setting", "did you mean walk?"]),
+        ({"walk.sped": 1.0}, ["walk.sped: unknown", "did you mean speed?"]),
+        ({"wlak.speed": 1.0}, ["wlak.speed: unknown", "did you mean walk.speed?"]),
+        ({"walk.speed.x": 1.0}, ["walk.speed.x: unknown"]),
+        ({"zzz": 1.0}, ["zzz: unknown setting, known are name, walk"]),
+        ({"ranges": ()}, ["ranges: unknown"]),
+        ({"mass": 80.0}, ["mass: could be", "subject.mass or load.mass"]),
+        ({"walk.speed": 1.0, "speed": 1.0}, ["walk.speed: is given twice"]),
+        ({"speed": 99.0}, ["walk.speed = 99.0: must be a number"]),
+        ({"walk": {"speed": 1.0}}, ["walk.step_length: is missing"]),
+        ({"walk": 3, "walk.speed": 1.0}, ["walk = 3: must be a table"]),
+        ({"step_length": 1.5}, ["step_length", "reach of legs"]),
+        ({"mass": 1, "zzz": 1}, ["mass: could be", "zzz: unknown"]),
+    ],
+)
+def test_a_wrong_replacement_is_refused_with_what_could_be_meant(changes, parts):
+    with pytest.raises(ScenarioError) as caught:
+        scenario().replace(changes)
+    assert [part for part in parts if part not in str(caught.value)] == []
+
+
+def test_every_setting_but_the_shared_names_can_be_replaced_by_its_own_name():
+    keys = Scenario.inner_keys()
+    bare = [key.partition(".")[2] for key in keys]
+    before = scenario()
+    for key, name in zip(keys, bare, strict=True):
+        section = key.partition(".")[0]
+        same = {name: getattr(getattr(before, section), name)}
+        if bare.count(name) == 1:
+            assert before.replace(same) == before
+        assert name not in Scenario.kinds()  # or it would mean the section
+
+
+def test_the_shipped_scenarios_are_found_by_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert set(shipped_scenarios()) == {path.stem for path in (ROOT / "scenarios").glob("*.toml")}
+    for name, path in shipped_scenarios().items():
+        assert scenario_file(name) == path
+        assert load_scenario(name).name == name
+
+
+def test_a_file_of_ones_own_comes_before_a_shipped_scenario_of_that_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "normal").write_text("[walk]\nspeed = 0.3\nstep_length = 0.3\n")
+    (tmp_path / "preferred").mkdir()
+    assert load_scenario("normal").walk.speed == 0.3
+    assert load_scenario("preferred").walk.speed == 1.2
+
+
+@pytest.mark.parametrize("path", ["normal.toml", "./normal", "scenarios/normal"])
+def test_what_looks_like_a_file_is_one(tmp_path, monkeypatch, path):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ScenarioError, match="cannot be read"):
+        load_scenario(path)
+
+
+def test_a_name_that_nearly_is_a_shipped_scenario_is_told(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ScenarioError, match=r"nomal: cannot be read.*did you mean normal\?"):
+        load_scenario("nomal")
+    with pytest.raises(ScenarioError, match=r"zzz: cannot be read.*there are .*normal"):
+        load_scenario("zzz")
+
+
 # --- reach
 
 
@@ -295,6 +570,29 @@ def test_a_scenario_survives_the_way_through_plain_tables_and_json(table):
     scenario = Scenario.from_dict(table)
     assert Scenario.from_dict(scenario.to_dict()) == scenario
     assert Scenario.from_dict(json.loads(json.dumps(scenario.to_dict()))) == scenario
+
+
+@given(SCENARIOS)
+def test_a_scenario_survives_the_way_through_a_file(table):
+    scenario = Scenario.from_dict(table)
+    assert Scenario.from_dict(tomllib.loads(scenario.to_toml())) == scenario
+
+
+@given(SCENARIOS)
+def test_a_scenario_is_shown_shortly_and_as_it_can_be_made_again(table):
+    scenario = Scenario.from_dict(table)
+    shown = repr(scenario)
+    kinds = {kind.__name__: kind for _, kind in sections()}
+    again = eval(shown, {"Scenario": Scenario, "Limits": Limits, "DofRange": DofRange, **kinds})
+    assert again == scenario
+    assert hash(again) == hash(scenario)
+    assert shown.count("\n") < 14
+
+
+def test_what_is_as_by_default_is_not_shown():
+    assert repr(scenario()) == "Scenario(name='a', walk=Walk(speed=1.2, step_length=0.7))"
+    assert repr(Load()) == "Load()"
+    assert repr(Discretisation(intervals=30)) == "Discretisation(intervals=30)"
 
 
 TOML_VALUES = st.recursive(

@@ -10,7 +10,8 @@ from small_problems import VALLEY_END, VALLEY_START, corner, cube, numbers, run,
 from walks import near_walk, scenario
 
 from human_gait.body.skeleton import BRANCHES, DOF_NAMES
-from human_gait.problem.program import LIMITS, build_program
+from human_gait.problem.constraints import LIMITS
+from human_gait.problem.program import build_program
 from human_gait.solving import solver as room
 from human_gait.solving.solver import FEASIBLE, SOLVERS, solve
 
@@ -428,7 +429,7 @@ def test_multipliers_do_not_disturb_the_other_solvers(walk, solver, short):
 def test_every_constraint_of_a_walk_has_its_multipliers(walk):
     """As many as rows; nothing where a bound is not reached, and the sign of the bound."""
     program, solution = walk
-    sizes = {c.name: len(c.lower) for c in program.constraints} | {LIMITS[0]: len(program.unit)}
+    sizes = {c.name: len(c.lower) for c in program.constraints} | {LIMITS.name: len(program.unit)}
     found = solution.multipliers
     assert {name: len(price) for name, price in found.items()} == sizes
     for c in program.constraints:

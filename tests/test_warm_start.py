@@ -12,7 +12,8 @@ from human_gait.exceptions import ResultError
 from human_gait.newton import interior_point
 from human_gait.newton.active_set import LOST, OPTIMAL
 from human_gait.newton.nonlinear_program import End
-from human_gait.problem.program import LIMITS, SYMMETRY, build_program
+from human_gait.problem.constraints import LIMITS, SYMMETRY
+from human_gait.problem.program import build_program
 from human_gait.results.names import MULTIPLIERS
 from human_gait.solving import solver as room
 from human_gait.solving.solver import solve
@@ -35,9 +36,9 @@ def gait():
 def prices(program, seed=0):
     """A multiplier for every row."""
     rng = np.random.default_rng(seed)
-    sizes = {c.name: len(c.lower) for c in program.constraints} | {LIMITS[0]: len(program.unit)}
+    sizes = {c.name: len(c.lower) for c in program.constraints} | {LIMITS.name: len(program.unit)}
     if program.symmetry_words:
-        sizes[SYMMETRY[0]] = len(program.symmetry_words)
+        sizes[SYMMETRY.name] = len(program.symmetry_words)
     return {name: rng.normal(size=size) for name, size in sizes.items()}
 
 
@@ -198,7 +199,7 @@ def test_multipliers_of_other_rows_are_zero():
     finer = build_program(scenario(control_points=9, intervals=24))
     given = prices(PROGRAM)
     found = fitting(given, finer)
-    np.testing.assert_array_equal(found[LIMITS[0]], given[LIMITS[0]])
+    np.testing.assert_array_equal(found[LIMITS.name], given[LIMITS.name])
     sizes = {c.name: len(c.lower) for c in finer.constraints}
     kept = {c.name for c in PROGRAM.constraints if len(c.lower) == sizes[c.name]}
     assert "contact position" not in kept
@@ -211,7 +212,7 @@ def test_multipliers_of_other_control_points_keep_those_of_the_instants():
     more = build_program(scenario(control_points=10))
     given = prices(PROGRAM)
     found = fitting(given, more)
-    np.testing.assert_array_equal(found[LIMITS[0]], np.zeros(len(more.unit)))
+    np.testing.assert_array_equal(found[LIMITS.name], np.zeros(len(more.unit)))
     for constraint in more.constraints:
         np.testing.assert_array_equal(found[constraint.name], given[constraint.name])
 
@@ -220,7 +221,7 @@ def test_multipliers_that_no_row_is_called_by_are_left_out():
     found = fitting({"another constraint": np.ones(3)}, PROGRAM)
     assert "another constraint" not in found
     assert not any(np.any(price) for price in found.values())
-    assert set(found) >= {c.name for c in PROGRAM.constraints} | {LIMITS[0]}
+    assert set(found) >= {c.name for c in PROGRAM.constraints} | {LIMITS.name}
 
 
 def test_a_floor_that_holds_by_friction_has_rows_of_its_own():

@@ -1,4 +1,4 @@
-"""Processes that write results into a folder and fail on the way; run by `test_result_folder`.
+"""Processes that write results into a folder and fail on the way; run by `test_folder`.
 
 python writers.py kill|full|stop|together FOLDER [exchange|renames|one-by-one]
 

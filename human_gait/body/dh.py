@@ -80,6 +80,10 @@ def dh_matrix(
     """Return T = Rz(theta) Tz(d) Tx(a) Rx(alpha), Eq. (1), (..., 4, 4) for parameters (...)."""
     theta, d, a, alpha = np.broadcast_arrays(theta, d, a, alpha)
     c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+    # [ c  -s ca   s sa  a c ]
+    # [ s   c ca  -c sa  a s ]
+    # [ 0     sa     ca    d ]
+    # [ 0      0      0    1 ]
     T = np.zeros((*theta.shape, 4, 4), dtype=np.result_type(c, d))
     T[..., 0, 0], T[..., 0, 1], T[..., 0, 2], T[..., 0, 3] = c, -ca * s, sa * s, a * c
     T[..., 1, 0], T[..., 1, 1], T[..., 1, 2], T[..., 1, 3] = s, ca * c, -sa * c, a * s
@@ -95,7 +99,7 @@ def constant(T: FloatArray) -> FloatArray:
 
 def inverse(T: Array) -> Array:
     """Return the inverse of rigid transformations, (..., 4, 4)."""
-    inverted = np.zeros_like(T)
+    inverted = np.zeros_like(T)  # [R r; 0 1]^-1 = [R^T -R^T r; 0 1]
     inverted[..., :3, :3] = rotation = np.swapaxes(T[..., :3, :3], -1, -2)
     inverted[..., :3, 3] = -(rotation @ T[..., :3, 3:])[..., 0]
     inverted[..., 3, 3] = 1.0
@@ -117,11 +121,12 @@ def transforms(table: DHTable, q: Array) -> tuple[Array, Array, Array]:
     """
     if q.shape[-1] != skeleton.N_DOF:
         raise ValueError(f"q must have shape (..., {skeleton.N_DOF}), not {q.shape}")
+    # q is the angle theta of a revolute joint and the way d along z of a prismatic one.
     theta = table.theta_offset + np.where(table.prismatic, 0.0, q)
     T = dh_matrix(theta, table.d + np.where(table.prismatic, q, 0.0), table.a, table.alpha)
     slides = table.prismatic[:, None, None]
-    dT = np.where(slides, _E, _Q @ T)
-    ddT = np.where(slides, 0.0, _Q @ dT)
+    dT = np.where(slides, _E, _Q @ T)  # T' = Q T: theta comes first in T; sliding, only d changes
+    ddT = np.where(slides, 0.0, _Q @ dT)  # T'' = Q Q T; sliding, 0
     return T, dT, ddT
 
 
@@ -165,6 +170,7 @@ def frames(table: DHTable, q: Array) -> tuple[Array, Array]:
 
 def link_to_dh(table: DHTable) -> FloatArray:
     """Return the K_i of A_i = U_i K_i, (55, 4, 4): the part of a DH row after the motion."""
+    # T = Rz(theta) Tz(d) Tx(a) Rx(alpha): where d does not move it belongs to what comes after.
     after = np.where(table.prismatic, 0.0, table.d)
     return constant(dh_matrix(0.0, after, table.a, table.alpha))
 
@@ -173,5 +179,5 @@ def joint_origins(table: DHTable) -> FloatArray:
     """Return K_p B_i Rz(theta_offset) of each joint, (55, 4, 4): from link p to link i at q = 0."""
     before = np.where(table.prismatic, table.d, 0.0)
     offset = constant(dh_matrix(table.theta_offset, before, 0.0, 0.0))
-    of_parent = np.concatenate([link_to_dh(table), np.eye(4)[None]])[table.parent]
+    of_parent = np.concatenate([link_to_dh(table), np.eye(4)[None]])[table.parent]  # -1: world
     return constant(of_parent @ table.base @ offset)

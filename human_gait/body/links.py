@@ -18,7 +18,6 @@ from human_gait.values import Value
 GRAVITY = np.array([0.0, -skeleton.GRAVITY, 0.0])
 """Acceleration of gravity in the world, [m/s^2]."""
 
-SIDES = ("r", "l")
 CONTACT_POINTS = ("heel", "ball_medial", "ball_lateral", "toe")
 """Points that touch the ground (Fig. 6)."""
 
@@ -162,8 +161,10 @@ def _links(
 def _foot_points(
     names: tuple[str, ...], measures: Anthropometry, to_link: FloatArray
 ) -> FootPoints:
-    links = np.array([[_foot_link(name, side) for name in names] for side in SIDES])
-    sole = [[_sole_point(name, measures.lengths, side) for name in names] for side in SIDES]
+    links = np.array([[_foot_link(name, side) for name in names] for side in skeleton.SIDES])
+    sole = [
+        [_sole_point(name, measures.lengths, side) for name in names] for side in skeleton.SIDES
+    ]
     points = np.einsum("...ij,...j->...i", to_link[links], np.array(sole))
     return FootPoints(names, links, points[..., :3])
 

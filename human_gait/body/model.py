@@ -5,7 +5,7 @@ import pinocchio as pin
 
 from human_gait.body import skeleton
 from human_gait.body.dh import link_to_dh
-from human_gait.body.links import GRAVITY, SIDES, Links
+from human_gait.body.links import GRAVITY, Links
 from human_gait.body.urdf import JOINT_NAMES
 from human_gait.exceptions import ModelError
 
@@ -45,7 +45,9 @@ def _check_order(model: pin.Model) -> None:
 
 def _add_contact_frames(model: pin.Model, links: Links) -> None:
     to_dh = link_to_dh(links.table)
-    for side, on, points in zip(SIDES, links.contact.links, links.contact.points, strict=True):
+    for side, on, points in zip(
+        skeleton.SIDES, links.contact.links, links.contact.points, strict=True
+    ):
         for name, i, point in zip(links.contact.names, on, points, strict=True):
             position = to_dh[i, :3, :3] @ point + to_dh[i, :3, 3]
             joint = int(i) + 1

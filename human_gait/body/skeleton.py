@@ -19,6 +19,12 @@ from human_gait.arrays import FloatArray, IntArray
 GRAVITY = 9.81
 """Acceleration of gravity, [m/s^2]."""
 
+SIDES = ("r", "l")
+"""How names of one side of the body end, right first: by number of the foot."""
+
+SIDES_IN_WORDS = ("right", "left")
+"""The same for people to read."""
+
 _PELVIS = {  # axes of the world: x left, y up, z forward
     "tx": "sideways",
     "ty": "height",
@@ -75,8 +81,8 @@ def in_words(name: str) -> str:
     if name.startswith("pelvis_"):
         return f"pelvis {_PELVIS[name.removeprefix('pelvis_')]}"
     stem, _, side = name.rpartition("_")
-    sides = {"r": "right ", "l": "left "}
-    words = (sides[side] + stem if side in sides else name).replace("_", " ")
+    sides = dict(zip(SIDES, SIDES_IN_WORDS, strict=True))
+    words = (f"{sides[side]} {stem}" if side in sides else name).replace("_", " ")
     return words.replace("spine", "spine ").replace(" lateral", " lateral bending")
 
 

@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import SupportsIndex, overload
 
-from human_gait.checks.verification import Check
+from human_gait.checks.check import Check
 from human_gait.checks.verification import verify as verify_record
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import Record, load_record, make_record

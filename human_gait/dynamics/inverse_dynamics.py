@@ -17,9 +17,8 @@ import pinocchio as pin
 
 from human_gait.arrays import FloatArray
 from human_gait.body import dh
-from human_gait.body.links import SIDES
 from human_gait.body.person import Body
-from human_gait.body.skeleton import BRANCHES, N_DOF, SEGMENTS
+from human_gait.body.skeleton import BRANCHES, N_DOF, SEGMENTS, SIDES
 from human_gait.dynamics.jet import Linearised
 from human_gait.dynamics.recursive_lagrangian import inverse_dynamics_derivatives
 from human_gait.dynamics.spatial import cross, cross_force, cross_motion

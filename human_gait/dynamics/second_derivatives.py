@@ -119,27 +119,33 @@ class TreeCurvature:
         """
         q, qd, qdd = state
         S = axes.swapaxes(1, 2)
+        # Motions (K, 55, 6) of the links: sums over the joints on their paths.
         v = self._above @ (S * qd[..., None])
-        b = cross_motion(v, S)
+        b = cross_motion(v, S)  # the rate of S_i, and d_i v
         a = self._above @ (S * qdd[..., None] + b * qd[..., None])
-        a[..., :3] -= GRAVITY
+        a[..., :3] -= GRAVITY  # weight is the force of inertia of a frame that accelerates upwards
         u = self._above @ (S * by_torque[..., None]) + by_wrench[:, None]
+        # What q_i adds to u, and to a but for b_i x v_k, which is in D: d_i u, d_i a.
         by_u, by_a = cross_motion(u, S), cross_motion(a, S) + cross_motion(v, b)
         f, P, Q, I, D, E = self._composites(q, u, v, a)
+        # Derivatives of the composites f, P and Q of any joint above j by q_j, v_j and a_j: all
+        # that j carries turns about S_j (S x*), and what moves it changes by d_j u, d_j v, d_j a.
         f_q = cross_force(S, f) + times(I, by_a) + times(D, b)
         f_v = 2.0 * times(I, b) + times(D, S)
         f_a = times(I, S)
-        P_q = cross_force(S, P) + times(I, by_u)
+        P_q = cross_force(S, P) + times(I, by_u)  # P does not depend on v and a
         Q_q = cross_force(S, Q) + times(D.swapaxes(-1, -2), by_u) + times(E, b)
-        Q_v = times(E, S)
+        Q_v = times(E, S)  # Q does not depend on a
+        # With j below i the motions of i stay: the first derivatives by i, (d_i u) f + (d_i a) P
+        # + b_i Q by q_i, 2 b_i P + S_i Q by v_i and S_i P by a_i, change with f, P, Q alone.
         return StateHessian(
-            self._both(_products((by_u, by_a, b), (f_q, P_q, Q_q))),
-            self._both(
-                _products((by_u, b), (f_v, Q_v)),
-                _products((2.0 * b, S), (P_q, Q_q)),
+            qq=self._both(_products((by_u, by_a, b), (f_q, P_q, Q_q))),
+            qv=self._both(
+                _products((by_u, b), (f_v, Q_v)),  # q_i, then v_j below
+                _products((2.0 * b, S), (P_q, Q_q)),  # v_i, then q_j below
             ),
-            self._both(_products((by_u,), (f_a,)), _products((S,), (P_q,))),
-            self._both(_products((S,), (Q_v,))),
+            qa=self._both(_products((by_u,), (f_a,)), _products((S,), (P_q,))),
+            vv=self._both(_products((S,), (Q_v,))),
         )
 
     def _both(self, xy: FloatArray, yx: FloatArray | None = None) -> FloatArray:
@@ -160,14 +166,17 @@ class TreeCurvature:
         on = self._bodies
         _, A = frames(self._table, q)
         A = A[:, on]
-        I = spatial_inertia(A @ self._J @ A.swapaxes(-1, -2))
+        I = spatial_inertia(A @ self._J @ A.swapaxes(-1, -2))  # J in the world's axes: A J A^T
         u, v, a = u[:, on], v[:, on], a[:, on]
         Iu, Iv = times(I, u), times(I, v)
         turning, leaning = inertia_rate(I, v), inertia_rate(I, u)
+        # D m = (v x* I - I v x) m + m x* I v, and D(m)^T u with m and u exchanged by the triple
+        # product, (m x* I u) - (u x* I - I u x) m: linear in m too.
         D = turning + cross_force_matrix(Iv)
         E = cross_force_matrix(Iu) - leaning
         f = times(I, a) + cross_force(v, Iv)
         Q = times(D.swapaxes(-1, -2), u)
+        # Composites: sums over the bodies that a joint carries, all six quantities at once.
         flat = [part.reshape(*part.shape[:2], -1) for part in (f, Iu, Q, I, D, E)]
         summed = self._above[on].T @ np.concatenate(flat, axis=-1)
         f, P, Q, I, D, E = np.split(summed, [6, 12, 18, 54, 90], axis=-1)

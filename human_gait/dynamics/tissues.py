@@ -14,7 +14,7 @@ import numpy as np
 
 from human_gait import data
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import DOF_NAMES, N_DOF, index
+from human_gait.body.skeleton import DOF_NAMES, N_DOF, SIDES, index
 from human_gait.dynamics.jet import Linearised
 
 # Moments exp(c0 + ch hip + ck knee + ca ankle), angles in degrees, flexion and dorsiflexion
@@ -31,7 +31,7 @@ _KNEE = (
 _ANKLE = (((1, -7.9763, 0.0, 0.0008, -0.1949), (-1, 2.1016, 0.0, -0.0176, 0.0843)), 1.792)
 
 _SAGITTAL = ("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
-_LEGS = tuple(np.array([index(f"{joint}_{side}") for joint in _SAGITTAL]) for side in "rl")
+_LEGS = tuple(np.array([index(f"{joint}_{side}") for joint in _SAGITTAL]) for side in SIDES)
 
 
 class PassiveJoints:

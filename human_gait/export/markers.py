@@ -24,7 +24,7 @@ _TRC_COUNTS = (
     *("DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units"),
     *("OrigDataRate", "OrigDataStartFrame", "OrigNumFrames"),
 )
-_SIDES = {"l": 1.0, "r": -1.0}  # the tables are those of the left side
+_OUTWARD = {"l": 1.0, "r": -1.0}  # the tables are those of the left side
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ def marker_set(body: Body) -> tuple[Marker, ...]:
         if row["side"] == "mid":
             found.append(Marker(row["name"], row["segment"], place))
             continue
-        for side, out in _SIDES.items():
+        for side, out in _OUTWARD.items():
             segment = row["segment"]
             on = segment if segment in SEGMENTS else f"{segment}_{side}"
             found.append(Marker(side.upper() + row["name"], on, place * [out, 1.0, 1.0]))

@@ -15,8 +15,7 @@ import numpy.typing as npt
 
 from human_gait.arrays import FloatArray
 from human_gait.body.joints import WORLD
-from human_gait.body.links import SIDES
-from human_gait.body.skeleton import DOF_NAMES, PRISMATIC
+from human_gait.body.skeleton import DOF_NAMES, PRISMATIC, SIDES
 from human_gait.export.opensim_format import add, document, to_opensim, write_xml
 from human_gait.results.names import OPENSIM_FORCES
 from human_gait.walk.gait import Samples

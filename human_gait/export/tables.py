@@ -11,10 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import DOF_NAMES, PRISMATIC
+from human_gait.body.skeleton import DOF_NAMES, PRISMATIC, SIDES_IN_WORDS
 from human_gait.walk.gait import Samples
 
-_SIDES = ("right", "left")
 _N_GLOBAL = 6
 
 
@@ -46,7 +45,7 @@ def save_ground_reaction(now: Samples, path: Path) -> None:
     Where a foot carries nothing its centre of pressure is left empty.
     """
     columns = {"time_s": now.t}
-    for f, side in enumerate(_SIDES):
+    for f, side in enumerate(SIDES_IN_WORDS):
         loaded = now.grf[:, f].any(axis=1, keepdims=True)
         place = np.where(loaded, now.cop[:, f], np.nan)
         columns |= {f"{side}_force_{x}_N": now.grf[:, f, i] for i, x in enumerate("xyz")}

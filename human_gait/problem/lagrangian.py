@@ -14,7 +14,8 @@ from scipy.sparse import vstack
 from human_gait.arrays import FloatArray, IntArray
 from human_gait.body.skeleton import N_DOF
 from human_gait.newton.nonlinear_program import Duals, NonlinearProgram
-from human_gait.problem.program import LIMITS, GaitProgram, Stage
+from human_gait.problem.constraints import LIMITS
+from human_gait.problem.program import GaitProgram, Stage
 
 
 class Lagrangian:
@@ -107,7 +108,7 @@ class Lagrangian:
         names = [binding.evaluator().get_description() for binding in self.bindings]
         sizes = [binding.evaluator().num_constraints() for binding in self.bindings]
         parts = np.split(-duals.rows, np.cumsum(sizes)[:-1])
-        return {**dict(zip(names, parts, strict=True)), LIMITS[0]: -duals.variables}
+        return {**dict(zip(names, parts, strict=True)), LIMITS.name: -duals.variables}
 
     def from_names(self, prices: dict[str, FloatArray]) -> Duals:
         """Return duals from those `by_name`; 0 for rows that have none."""
@@ -116,7 +117,7 @@ class Lagrangian:
             rows = binding.evaluator()
             none = np.zeros(rows.num_constraints())
             found.append(-prices.get(rows.get_description(), none))
-        return Duals(np.concatenate(found), -prices.get(LIMITS[0], np.zeros(self._n)))
+        return Duals(np.concatenate(found), -prices.get(LIMITS.name, np.zeros(self._n)))
 
     def _free(self, x: FloatArray) -> FloatArray:
         return x * self.program.unit

@@ -27,13 +27,15 @@ from human_gait.body.limits import joint_limits
 from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, N_DOF, in_words
 from human_gait.exceptions import ScenarioError
 from human_gait.problem.constraints import (
-    Constraint,
-    Residual,
+    LIMITS,
+    SYMMETRY,
     friction_constraints,
     paper_constraints,
 )
 from human_gait.problem.objective import lean_on_torques, torque_squared, torque_weights
+from human_gait.problem.residual import Constraint, Residual
 from human_gait.problem.transcription import Transcription
+from human_gait.problem.violation import Violation, worst_row
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.bspline import DEGREE, Basis
@@ -45,37 +47,9 @@ from human_gait.walk.instant import Instants, Walker
 COST_SCALE = 1e-3
 """The solvers see the cost in kN^2 m^2 s: of the order of one to ten."""
 
-SYMMETRY = ("symmetry condition", "26")
 _AT_LIMIT = 1e-4  # [rad or m]: IPOPT ends so near to a bound that matters
-LIMITS = ("joint limit", "19")
 _TIED = {"acceleration": 0, "position": 1, "velocity": 2}  # derivatives that have rows of Eq. 26
 _LEAST_CURVATURE = 1e-4  # [kN^2 m^2 / rad^2] keeps the units of the lightest joints below 10 rad
-
-
-@dataclass(frozen=True)
-class Violation:
-    """The worst row of one constraint.
-
-    Attributes
-    ----------
-    name, equation, unit : str
-    value : float
-        By how much the bound is exceeded, 0 if it is kept, in `unit`.
-    time : float, [s]
-    what : str
-        What the row is about, in words.
-    first, last : float, [s]
-        When rows of the constraint are off by a tenth of it or more; both 0 if all are kept.
-    """
-
-    name: str
-    equation: str
-    unit: str
-    value: float
-    time: float
-    what: str = ""
-    first: float = 0.0
-    last: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -175,7 +149,7 @@ class GaitProgram:
         the instants between the ends of the intervals.
         """
         on = np.arange(0, len(self.times), self.scenario.discretisation.dynamics_per_interval)
-        constraints = [constraint.at(on) for constraint in self.constraints]
+        constraints = [constraint.rows_at(on) for constraint in self.constraints]
         prog, variables = self._program(constraints)
         near, gentle = self.basis.design(self.times), self.basis.design(self.times, 2)
         weight = self.basis.step_time / len(self.times)
@@ -240,21 +214,19 @@ class GaitProgram:
         adjoint = Adjoint.none(len(self.times))
         lean_on_torques(now, cost_factor * self._spacing, self._weights, adjoint)
         for constraint, multipliers in leaning:
-            constraint.lean(now, multipliers, adjoint)
+            constraint.add_to_adjoint(now, multipliers, adjoint)
         return self.transcription.hessian(self._walker.second_derivatives(now, adjoint))
 
     def violations(self, free: FloatArray) -> list[Violation]:
         """Return the worst row of every constraint."""
-        worst = [
-            self._worst(constraint, self.rows(constraint, free)) for constraint in self.constraints
-        ]
+        worst = [worst_row(c, self.rows(c, free), self.times) for c in self.constraints]
         matrix, ends = self._symmetry
         if len(ends):
             apart = np.abs(matrix @ free - ends)
             row = int(np.argmax(apart))
             what, unit = self.symmetry_words[row]
             T = self.basis.step_time
-            worst.append(Violation(*SYMMETRY, unit, float(apart[row]), T, what))
+            worst.append(Violation(SYMMETRY, unit, float(apart[row]), T, what))
         return worst
 
     def multipliers(self, duals: Mapping[str, FloatArray], at: FloatArray) -> dict[str, FloatArray]:
@@ -273,16 +245,16 @@ class GaitProgram:
         """
         prices = {name: dual / COST_SCALE for name, dual in duals.items()}
         lower, upper = (np.tile(limit, self.basis.n_free) for limit in self.limits)
-        price = prices[LIMITS[0]] / self.unit
+        price = prices[LIMITS.name] / self.unit
         away = np.where(price > 0.0, at - lower, upper - at)
         # SNOPT gives the slopes that are left of free variables too: no bound holds these
-        prices[LIMITS[0]] = np.where(away <= _AT_LIMIT, price, 0.0)
+        prices[LIMITS.name] = np.where(away <= _AT_LIMIT, price, 0.0)
         return prices
 
     def duals(self, multipliers: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
         """Return the duals of `torques` by name from multipliers; inverse of `multipliers`."""
         duals = {name: COST_SCALE * price for name, price in multipliers.items()}
-        return {**duals, LIMITS[0]: duals[LIMITS[0]] * self.unit}
+        return {**duals, LIMITS.name: duals[LIMITS.name] * self.unit}
 
     @property
     def symmetry_words(self) -> list[tuple[str, str]]:
@@ -294,30 +266,19 @@ class GaitProgram:
             for name, unit in zip(DOF_NAMES, DOF_UNITS, strict=True)
         ]
 
-    def _worst(self, constraint: Constraint, residual: Residual) -> Violation:
-        below, above = constraint.lower - residual.value, residual.value - constraint.upper
-        excess = np.maximum(np.maximum(below, above), 0.0)
-        row = int(np.argmax(excess))
-        times, worst = self.times[constraint.instants], float(excess[row])
-        off = times[excess >= 0.1 * worst] if worst > 0.0 else np.zeros(1)
-        span = float(off.min()), float(off.max())
-        name, equation, unit = constraint.name, constraint.equation, constraint.unit
-        what, time = str(constraint.what[row]), float(times[row])
-        return Violation(name, equation, unit, worst, time, what, *span)
-
     def _program(self, constraints: list[Constraint]) -> tuple[MathematicalProgram, FloatArray]:
         """Return a program with limits and constraints, without cost, and its variables."""
         prog = MathematicalProgram()
         variables = prog.NewContinuousVariables(self.basis.n_free * N_DOF, "P")
         lower, upper = (np.tile(limit, self.basis.n_free) / self.unit for limit in self.limits)
         box = prog.AddBoundingBoxConstraint(lower, upper, variables)
-        box.evaluator().set_description(LIMITS[0])
+        box.evaluator().set_description(LIMITS.name)
         for constraint in constraints:
             self._add(prog, constraint, variables)
         matrix, ends = self._symmetry
         if len(ends):
             ties = prog.AddLinearEqualityConstraint(matrix * self.unit, ends, variables)
-            ties.evaluator().set_description(SYMMETRY[0])
+            ties.evaluator().set_description(SYMMETRY.name)
         return prog, variables
 
     def _symmetry_rows(self) -> tuple[FloatArray, FloatArray]:

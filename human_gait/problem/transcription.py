@@ -15,7 +15,7 @@ from scipy.sparse import coo_array
 
 from human_gait.arrays import FloatArray, IntArray
 from human_gait.body.skeleton import N_DOF
-from human_gait.problem.constraints import Constraint, Residual
+from human_gait.problem.residual import Constraint, Residual
 from human_gait.walk.bspline import DEGREE, Basis
 from human_gait.walk.instant import SecondDerivatives
 

@@ -2,43 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from human_gait.reporting.cells import Cell, Table, groups, number
 from human_gait.reporting.outcome import Finding
 from human_gait.reporting.results import Result
-
-EQUATIONS: Mapping[str, str] = {
-    "angles off the splines": "28",
-    "velocities off the splines": "28",
-    "accelerations off the splines": "28",
-    "footholds off the plan": "21",
-    "torques off Pinocchio's": "9",
-    "torques off Drake's": "9",
-    "torques off the recursion's": "9",
-    "next step's torques off Drake's": "9, 26",
-    "muscle torques off the torques": "18",
-    "unbalanced force or moment": "17",
-    "momentum off the impulse": "Newton, Euler",
-    "energy off the work": "work and energy",
-    "mean vertical force against weight": "Newton",
-    "moments not shared as the loads": "17",
-    "ZMP off that of the forces": "Fig. 5",
-    "ZMP outside the foot support region": "22",
-    "friction needed against sliding": "Coulomb",
-    "friction needed against turning": "Coulomb",
-    "standing points off their footholds": "20, 21",
-    "speed of standing points": "24",
-    "depth below the ground": "20",
-    "joint limits exceeded": "19",
-    "limits of the pelvis exceeded": "19",
-    "pelvis off the walking speed": "23",
-    "knee off 60 deg at mid-swing": "25",
-    "arms swinging with the legs": "27",
-    "posture not periodic": "26",
-    "velocity not periodic": "26",
-}
-"""Equations of the paper, or laws, that the checks stand for; the others are of this package."""
 
 
 def checks(results: Sequence[Result]) -> Table:
@@ -74,8 +42,10 @@ def _by_name(found: Sequence[Sequence[Finding]]) -> dict[str, list[Finding | Non
 
 
 def _about(name: str, ones: Sequence[Finding | None]) -> tuple[Cell, ...]:
-    first = next(one for one in ones if one)
-    return Cell(name), Cell(first.equation or EQUATIONS.get(name, "")), Cell(first.unit)
+    """Return name, equation and unit; results of older versions have no equation of a check."""
+    known = [one for one in ones if one]
+    equation = next((one.equation for one in known if one.equation), "")
+    return Cell(name), Cell(equation), Cell(known[0].unit)
 
 
 def _limit(ones: Sequence[Finding | None]) -> Cell:

@@ -154,7 +154,8 @@ def _trial(found: Any) -> Trial:
 
 def _check(name: str, found: Any) -> Finding:
     value, limit, time = (float(found[key]) for key in ("value", "limit", "time"))
-    return Finding(name, str(found["unit"]), value, limit, time, bool(found["passed"]))
+    passed, equation = bool(found["passed"]), str(found.get("equation", ""))
+    return Finding(name, str(found["unit"]), value, limit, time, passed, equation=equation)
 
 
 def _violation(name: str, found: Any) -> Finding:

@@ -64,6 +64,7 @@ _LENGTH = Dimension(
         ("m metre metres meter meters", 1),
         ("cm", Fraction("0.01")),
         ("mm", Fraction("0.001")),
+        ("km", 1000),
         (" ".join(_INCHES), _INCH),
         (" ".join(_FEET), 12 * _INCH),
         ("yd yard yards", 36 * _INCH),

@@ -31,7 +31,11 @@ def checked(key: str, value: object, kind: Any, rule: Mapping[str, Any]) -> Any:
         raise ScenarioError(key, str(error), value) from None
     except (TypeError, ValueError):
         words = f"must be {allowed_values(kind, rule)}"
-        raise ScenarioError(key, _converted(value, number, rule) + words, value) from None
+        if number is not value:
+            words = _converted(value, number, rule) + words
+        elif isinstance(value, str):
+            words += or_quantity(rule)
+        raise ScenarioError(key, words, value) from None
 
 
 def allowed_values(kind: Any, rule: Mapping[str, Any]) -> str:
@@ -47,6 +51,12 @@ def allowed_values(kind: Any, rule: Mapping[str, Any]) -> str:
     return f"a {'whole ' if kind is int else ''}number {limits}"
 
 
+def or_quantity(rule: Mapping[str, Any]) -> str:
+    """Return in words that a number can be given in other units; nothing if it has no dimension."""
+    dimension = DIMENSIONS.get(rule.get("unit", ""))
+    return f", or with its unit, such as {dimension.example}" if dimension else ""
+
+
 def _in_its_unit(value: object, rule: Mapping[str, Any]) -> object:
     """Return a number for a quantity, also in a list; anything else as it is."""
     unit = rule.get("unit")
@@ -58,9 +68,9 @@ def _in_its_unit(value: object, rule: Mapping[str, Any]) -> object:
 
 
 def _converted(value: object, number: object, rule: Mapping[str, Any]) -> str:
-    """Return in words what a quantity is in the unit of the setting; nothing for a number."""
+    """Return in words what a quantity is in the unit of the setting; nothing for plain numbers."""
     parts = value if isinstance(value, list | tuple) else [value]
-    if number is value or not any(isinstance(part, str) for part in parts):
+    if not any(isinstance(part, str) for part in parts):
         return ""
     numbers = number if isinstance(number, list) else [number]
     shown = ", ".join(f"{part:.4g}" if isinstance(part, float) else str(part) for part in numbers)

@@ -66,7 +66,8 @@ def _described(setting: Setting) -> dict[str, Any]:
     told += [f"source: {setting.source}"] if setting.source else []
     shown: dict[str, Any] = {"description": "\n\n".join(told)}
     if setting.default is not None:
-        shown["default"] = setting.default
+        many = isinstance(setting.default, tuple)
+        shown["default"] = list(setting.default) if many else setting.default
     return {**shown, **_values(setting)}
 
 

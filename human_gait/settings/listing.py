@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 
 from human_gait.body.skeleton import DOF_NAMES
 from human_gait.scenario import Scenario
-from human_gait.scenario.limits import Limits
+from human_gait.scenario.limits import range_rule
 from human_gait.scenario.schema import unknown
-from human_gait.scenario.units import DIMENSIONS
+from human_gait.scenario.values import or_quantity
 from human_gait.settings.records import Setting, all_settings
 
 _WIDEST_DEFAULT = 24
@@ -87,15 +87,8 @@ def _explained(setting: Setting) -> Iterator[str]:
     """Yield the lines about one setting."""
     yield setting.dotted
     yield f"  {setting.meaning}"
-    yield f"  allowed  {setting.allowed}{quantity_words(setting)}"
+    rule = range_rule("") if setting.key == "<joint>" else {"unit": setting.unit}
+    yield f"  allowed  {setting.allowed}{or_quantity(rule)}"
     yield f"  default  {setting.default_words}"
     if setting.source:
         yield f"  source   {setting.source}"
-
-
-def quantity_words(setting: Setting) -> str:
-    """Return that other units can be given, with an example; nothing where they cannot."""
-    unit = "deg" if setting.section == Limits.__name__.lower() else setting.unit
-    if unit not in DIMENSIONS or setting.key == "frozen":
-        return ""
-    return f", or with its unit, such as {DIMENSIONS[unit].example}"

@@ -13,8 +13,9 @@ import numpy as np
 
 from human_gait.body.limits import joint_limits
 from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, GRAVITY, in_words, index
-from human_gait.checks.verification import FRICTION, Check
-from human_gait.problem.program import GaitProgram, Violation
+from human_gait.checks.check import Check, Kind
+from human_gait.problem.program import GaitProgram
+from human_gait.problem.violation import Violation
 from human_gait.scenario import STEP_HALF_ANGLE_DEG, Scenario
 from human_gait.solving.shadow_prices import limit_text, unit_step
 from human_gait.solving.solver import FEASIBLE, Solution
@@ -28,33 +29,7 @@ FROUDE = 0.5
 BMI = (15.0, 45.0)  # [kg/m^2]
 HEAVY_LOAD = 0.5  # [of body mass]
 
-_CONSTRAINED = (  # checks of what the constraints demand at their instants
-    "standing points off their footholds",
-    "depth below the ground",
-    "ZMP outside the foot support region",
-    "pressure outside its foot",
-    "speed of standing points",
-    "foot sliding while it stands",
-    "pelvis off the walking speed",
-    "arms swinging with the legs",
-)
-_NEEDS_TIES = (
-    "velocity not periodic",
-    "mean vertical force against weight",
-    "momentum off the impulse",
-)
 _PART = 0.3  # of the largest partial of a row: what can move it
-
-TOLERANCES = {  # what relaxes a constraint, and whether upwards
-    "contact position": ("contact", 1.0),
-    "soft impact": ("contact_speed", 1.0),
-    "feet apart": ("feet_apart", -1.0),
-    "ZMP stability": ("zmp_margin", -1.0),
-    "load transfer": ("load_transfer", 1.0),
-    "pelvic velocity": ("pelvis_speed", 1.0),
-    "knee at mid-swing": ("knee_flexion_deg", 1.0),
-    "arm-leg coupling": ("arm_leg", 1.0),
-}
 
 
 @dataclass(frozen=True)
@@ -121,12 +96,10 @@ def not_kept(scenario: Scenario, violations: list[Violation]) -> list[Violation]
 
 
 def _tolerated(violation: Violation, scenario: Scenario) -> float:
-    key, _ = TOLERANCES.get(violation.name, ("", 0.0))
-    value = getattr(scenario.tolerances, key, 0.0)
-    if violation.unit == "rad":
-        value = np.deg2rad(value)
-    step = unit_step(violation.unit)[0]
-    return float(max(abs(value), step))
+    """Return what the row may be off, at least an easy step, in its unit."""
+    tolerance, step = violation.demand.tolerance, unit_step(violation.unit)[0]
+    value = getattr(scenario.tolerances, tolerance.key) if tolerance else 0.0
+    return float(max(abs(np.deg2rad(value) if violation.unit == "rad" else value), step))
 
 
 def suggestions(program: GaitProgram, solution: Solution, checks: list[Check]) -> list[Suggestion]:
@@ -234,22 +207,26 @@ def _held(program: GaitProgram, solution: Solution, worst: Violation) -> Iterato
 def _against_limits(
     program: GaitProgram, solution: Solution, worst: Violation
 ) -> list[tuple[str, str]]:
-    """Return the DOF at a limit that moving past it would reduce a violation, and the limit."""
-    for constraint in program.constraints:
-        if constraint.name == worst.name:
-            break
-    else:
+    """Return the DOF at a limit that moving past it would reduce a violation, and the limit.
+
+    The slope of the worst row tells which way each control point would have to go. Those that are
+    at the limit on that side are stuck; a DOF counts if one of its control points has a slope of at
+    least `_PART` of the largest.
+    """
+    constraint = next((c for c in program.constraints if c.demand == worst.demand), None)
+    if constraint is None:  # the ends of the splines: no row of an instant
         return []
     P = solution.gait.control_points[: program.basis.n_free]
     value, jacobian = program.residual(constraint, P.ravel())
     excess = np.maximum(value - constraint.upper, constraint.lower - value)
     row = int(np.argmax(excess))
-    outward = -np.sign(value[row] - constraint.lower[row]) * jacobian[row].reshape(P.shape)
+    side = -np.sign(value[row] - constraint.lower[row])  # 1 below the lower bound, else -1
+    wanted = side * jacobian[row].reshape(P.shape)
     lower, upper = program.limits
     low, high = lower + FEASIBLE >= P, upper - FEASIBLE <= P
-    stuck = np.where((outward < 0.0) & low | (outward > 0.0) & high, np.abs(outward), 0.0)
+    stuck = np.where((wanted < 0.0) & low | (wanted > 0.0) & high, np.abs(wanted), 0.0)
     weight = stuck.max(axis=0)
-    order = np.argsort(-weight)[: np.count_nonzero(weight > _PART * np.abs(outward).max())]
+    order = np.argsort(-weight)[: np.count_nonzero(weight > _PART * np.abs(wanted).max())]
     ends = np.where(low.any(axis=0), lower, upper)
     return [(DOF_NAMES[i], limit_text(ends[i], DOF_UNITS[i])) for i in order]
 
@@ -272,7 +249,7 @@ def _between(program: GaitProgram, solution: Solution, failed: list[Check]) -> I
     """Find what is kept at the instants of the grid, not between them."""
     if not solution.converged:
         return
-    names = ", ".join(check.name for check in failed if check.name in _CONSTRAINED)
+    names = ", ".join(check.name for check in failed if check.kind is Kind.INSTANTS)
     if not names:
         return
     grid = program.scenario.discretisation
@@ -285,7 +262,7 @@ def _between(program: GaitProgram, solution: Solution, failed: list[Check]) -> I
 def _periodicity(scenario: Scenario, failed: list[Check]) -> Iterator[Suggestion]:
     """Find a walk that jumps from step to step: what is not tied is not kept."""
     now = scenario.discretisation.periodicity
-    names = [check.name for check in failed if check.name in _NEEDS_TIES]
+    names = [check.name for check in failed if check.kind is Kind.TIES]
     if now == "position" and names:
         because = f"postures alone are tied now: {', '.join(names)}"
         yield Suggestion("discretisation.periodicity", "velocity", because)
@@ -295,7 +272,7 @@ def _passing(scenario: Scenario, failed: list[Check]) -> Iterator[Suggestion]:
     """Find feet that are allowed to pass through each other."""
     usual, now = type(scenario.tolerances)().feet_apart, scenario.tolerances.feet_apart
     for check in failed:
-        if check.name == "feet too close in passing" and now < usual:
+        if check.kind is Kind.PASSING and now < usual:
             because = f"now {now:g} m: feet come closer by {amount(check.value, check.unit)}"
             yield Suggestion("tolerances.feet_apart", f"{usual:g} m", because)
 
@@ -304,7 +281,7 @@ def _friction(program: GaitProgram, failed: list[Check]) -> Iterator[Suggestion]
     """Find a floor too slippery; shorter steps need less friction."""
     scenario = program.scenario
     for check in failed:
-        if check.name in FRICTION:
+        if check.kind is Kind.FRICTION:
             because = f"{check.value:.2f} of friction is needed, the floor gives {check.limit:g}"
             now = scenario.walk.step_length
             yield Suggestion("walk.step_length", f"shorter than {now:g} m", because)
@@ -313,9 +290,10 @@ def _friction(program: GaitProgram, failed: list[Check]) -> Iterator[Suggestion]
 
 def _relaxed(worst: Violation, scenario: Scenario) -> list[Suggestion]:
     """Return the tolerance that would accept what was found: of nothing else is known."""
-    if worst.name not in TOLERANCES:
+    tolerance = worst.demand.tolerance
+    if tolerance is None:
         return []
-    key, sign = TOLERANCES[worst.name]
+    key, sign = tolerance.key, 1.0 if tolerance.upwards else -1.0
     now, rule = getattr(scenario.tolerances, key), scenario.tolerances.rule(key)
     excess = np.rad2deg(worst.value) if worst.unit == "rad" else worst.value
     value = float(f"{now + sign * 1.1 * excess:.2g}")

@@ -19,7 +19,9 @@ from human_gait.body.skeleton import (
     N_DOF,
     in_words,
 )
-from human_gait.problem.program import LIMITS, SYMMETRY, GaitProgram
+from human_gait.problem.constraints import LIMITS, SYMMETRY
+from human_gait.problem.program import GaitProgram
+from human_gait.problem.residual import Demand
 from human_gait.solving.solver import Solution
 from human_gait.walk.bspline import DEGREE
 
@@ -34,22 +36,6 @@ STEPS = {  # by how much a limit is moved to tell what it costs
     "of the load": (0.01, "1 % of the load"),
     "body weight": (0.01, "1 % of body weight"),
     "rad^2": (1e-3, "0.001 rad^2"),
-}
-_MEANING = {
-    "ground penetration": "the swinging foot has to clear the ground",
-    "contact position": "a standing foot has to stay where it was put down",
-    "soft impact": "a standing foot has to rest",
-    "feet apart": "the swinging foot has to pass beside the other leg",
-    "ZMP stability": "the pressure has to stay under the foot",
-    "load transfer": "the load has to pass evenly from foot to foot",
-    "ground pushes": "the ground cannot pull",
-    "sliding friction": "the floor can hold a foot only by friction",
-    "turning friction": "the floor can hold a foot only by friction",
-    "pelvic velocity": "the pelvis has to keep to the walking speed",
-    "knee at mid-swing": "the swinging knee has to bend by 60 deg",
-    "arm-leg coupling": "arms have to swing against the legs",
-    SYMMETRY[0]: "the next step has to be the mirror image of this one",
-    LIMITS[0]: "joints are at the end of the range that they are given",
 }
 
 
@@ -103,51 +89,69 @@ def influences(program: GaitProgram, solution: Solution) -> list[Influence]:
 
 
 @dataclass(frozen=True)
-class _Row:
-    """One bound with a price, of one instant or control point."""
+class PricedRow:
+    """One bound with a price, of one instant or control point.
 
-    name: str
-    equation: str
+    Attributes
+    ----------
+    demand : Demand
+        Of the constraint that the bound belongs to.
+    what, unit : str
+        What the row is about, and its unit.
+    price : float, [N^2 m^2 s] per unit
+        d objective / d bound: positive at a lower bound, negative at an upper one.
+    time : float, [s]
+    """
+
+    demand: Demand
     what: str
     unit: str
     price: float
     time: float
 
 
-def _influence(rows: list[_Row], cost: float) -> Influence:
-    first, most = rows[0], max(rows, key=lambda row: abs(row.price))
+def _influence(rows: list[PricedRow], cost: float) -> Influence:
+    """Return what the rows of one kind cost together."""
+    demand, unit = rows[0].demand, rows[0].unit
     price = sum(abs(row.price) for row in rows)
-    size, step = unit_step(first.unit)
-    meaning, saving = _MEANING.get(first.name, f"of {first.name}"), price * size / cost
+    size, step = unit_step(unit)
     return Influence(
-        first.name, first.equation, first.what, meaning, first.unit, price, step, saving, most.time
+        name=demand.name,
+        equation=demand.equation,
+        what=rows[0].what,
+        meaning=demand.meaning or f"of {demand.name}",
+        unit=unit,
+        price=price,
+        step=step,
+        saving=price * size / cost,
+        time=max(rows, key=lambda row: abs(row.price)).time,
     )
 
 
 def _priced(
     program: GaitProgram, multipliers: Mapping[str, FloatArray]
-) -> dict[tuple[str, str], list[_Row]]:
-    """Return the bounds with a price by name of the constraint and by what they are about."""
-    groups: dict[tuple[str, str], list[_Row]] = {}
+) -> dict[tuple[Demand, str], list[PricedRow]]:
+    """Return the bounds with a price by what they demand and by what they are about."""
+    groups: dict[tuple[Demand, str], list[PricedRow]] = {}
     for row in _rows(program, multipliers) if multipliers else ():
-        groups.setdefault((row.name, row.what), []).append(row)
+        groups.setdefault((row.demand, row.what), []).append(row)
     return groups
 
 
-def _rows(program: GaitProgram, multipliers: Mapping[str, FloatArray]) -> Iterator[_Row]:
+def _rows(program: GaitProgram, multipliers: Mapping[str, FloatArray]) -> Iterator[PricedRow]:
     for c in program.constraints:
         prices = multipliers[c.name]
         for r in np.flatnonzero(prices):
             time = float(program.times[c.instants[r]])
-            yield _Row(c.name, c.equation, str(c.what[r]), c.unit, float(prices[r]), time)
-    ties = multipliers.get(SYMMETRY[0], ())
+            yield PricedRow(c.demand, str(c.what[r]), c.unit, float(prices[r]), time)
+    ties = multipliers.get(SYMMETRY.name, ())
     for (what, unit), price in zip(program.symmetry_words, ties, strict=True):
-        yield _Row(*SYMMETRY, what, unit, float(price), program.basis.step_time)
-    for r in np.flatnonzero(multipliers[LIMITS[0]]):
-        yield _limit_row(program, int(r), float(multipliers[LIMITS[0]][r]))
+        yield PricedRow(SYMMETRY, what, unit, float(price), program.basis.step_time)
+    for r in np.flatnonzero(multipliers[LIMITS.name]):
+        yield limit_row(program, int(r), float(multipliers[LIMITS.name][r]))
 
 
-def _limit_row(program: GaitProgram, r: int, price: float) -> _Row:
+def limit_row(program: GaitProgram, r: int, price: float) -> PricedRow:
     """Return the joint limit of a control point; one before t = 0 belongs to the step before."""
     j, dof = divmod(r, N_DOF)
     basis = program.basis
@@ -161,7 +165,7 @@ def _limit_row(program: GaitProgram, r: int, price: float) -> _Row:
     limit = lower if side > 0 else upper
     bound = "held at" if lower == upper else word
     what = f"{in_words(DOF_NAMES[dof])}, {bound} {limit_text(limit, DOF_UNITS[dof])}"
-    return _Row(*LIMITS, what, DOF_UNITS[dof], price, time)
+    return PricedRow(LIMITS, what, DOF_UNITS[dof], price, time)
 
 
 def limit_text(value: float, unit: str) -> str:

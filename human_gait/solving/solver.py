@@ -29,7 +29,8 @@ from human_gait.newton.active_set import follow
 from human_gait.newton.interior_point import Goal, minimise
 from human_gait.newton.nonlinear_program import Duals, End, NonlinearProgram
 from human_gait.problem.lagrangian import Lagrangian
-from human_gait.problem.program import GaitProgram, Stage, Violation
+from human_gait.problem.program import GaitProgram, Stage
+from human_gait.problem.violation import Violation
 from human_gait.walk.gait import Gait
 
 SOLVERS = ("newton", "snopt", "ipopt")

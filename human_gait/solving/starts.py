@@ -26,7 +26,8 @@ import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import GRAVITY, N_DOF
-from human_gait.checks.verification import FRICTION, Check, verify
+from human_gait.checks.check import Check, Kind
+from human_gait.checks.verification import verify
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.scenario import Scenario
 from human_gait.solving.solver import FEASIBLE, POSTURE, SOLVERS, Iterate, Solution, solve
@@ -99,8 +100,8 @@ class Attempt:
     @property
     def slips(self) -> bool:
         """Whether it would be a walk on a floor of more friction."""
-        failed = [check.name for check in self.checks if not check.passed]
-        return self.solution.converged and bool(failed) and set(failed) <= set(FRICTION)
+        failed = {check.kind for check in self.checks if not check.passed}
+        return self.solution.converged and failed == {Kind.FRICTION}
 
     @property
     def feasible(self) -> bool:

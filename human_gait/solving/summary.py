@@ -7,7 +7,7 @@ from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
 
-from human_gait.checks.verification import Check
+from human_gait.checks.check import Check
 from human_gait.problem.program import GaitProgram
 from human_gait.solving.diagnosis import check_text, not_kept, suggestions, violation_text
 from human_gait.solving.shadow_prices import influences

@@ -9,7 +9,8 @@ import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import N_DOF, index
-from human_gait.problem.program import LIMITS, SYMMETRY, GaitProgram
+from human_gait.problem.constraints import LIMITS, SYMMETRY
+from human_gait.problem.program import GaitProgram
 from human_gait.results.names import MULTIPLIERS
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import numbers, opened
@@ -82,7 +83,7 @@ def fitting(multipliers: Mapping[str, FloatArray], program: GaitProgram) -> dict
     control points.
     """
     sizes = {c.name: len(c.lower) for c in program.constraints}
-    sizes |= {SYMMETRY[0]: len(program.symmetry_words), LIMITS[0]: len(program.variables)}
+    sizes |= {SYMMETRY.name: len(program.symmetry_words), LIMITS.name: len(program.variables)}
     prices = {name: multipliers.get(name, np.zeros(0)) for name in sizes}
     return {
         name: price if len(price) == sizes[name] else np.zeros(sizes[name])

@@ -16,7 +16,7 @@ from human_gait.arrays import BoolArray, FloatArray
 from human_gait.body.dh import frames
 from human_gait.body.links import FootPoints
 from human_gait.body.person import Body
-from human_gait.body.skeleton import GRAVITY, N_DOF, index
+from human_gait.body.skeleton import GRAVITY, N_DOF, SIDES, index
 from human_gait.scenario import Scenario
 from human_gait.values import Value
 
@@ -29,6 +29,8 @@ HEEL, BALL_MEDIAL, BALL_LATERAL, TOE = range(4)
 _TRAILING = (0.15, 0.75, 0.85)  # from ball to toe tip: at strike, ball off and the end
 _LEADING = (0.22, 0.36, 0.90)  # from heel to ankle: at strike, foot flat and the end
 _PAD = 0.11  # of the foot's length: what carries of a heel or of toes that stand alone
+_AROUND = [0, 1, 2, 2, 1, 0]  # heel, ball or toes: the part that each corner of the outline is of
+_BALL_CORNERS = [1, 4]
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,16 +182,22 @@ class ContactPlan:
 
         Spread over the region, a vertical force N holds it against turning by up to about mu N r.
         """
-        return np.array([_radius_of_gyration(self.support_polygon(t)) for t in times])
+        return np.array([radius_of_gyration(self.support_polygon(t)) for t in times])
 
     def _standing_corners(self, f: int, touching: BoolArray) -> FloatArray:
-        """Return the corners of the parts of a foot that stand; alone, heel and toes are pads."""
+        """Return the corners (n, 2) of the parts of a foot that stand, x and z, [m].
+
+        The outline goes round the sole: heel, ball and toes of one side, then toes, ball and heel
+        of the other. What touches gives its two corners. Heel or toes alone would be a line: they
+        carry on a pad, `_PAD` of the foot's length deep, whose other two corners lie on the edges
+        of the sole towards the ball.
+        """
         foot, ball = self.feet[f], touching[BALL_MEDIAL]
         down = np.array([touching[HEEL], ball, touching[TOE]])
-        corners = foot.outline[down[[0, 1, 2, 2, 1, 0]]]
+        corners = foot.outline[down[_AROUND]]
         if down.any() and not ball:
-            to_ball = foot.outline[[1, 4]] - corners
-            part = _PAD * foot.length / np.abs(to_ball[:, 2:])
+            to_ball = foot.outline[_BALL_CORNERS] - corners
+            part = _PAD * foot.length / np.abs(to_ball[:, 2:])  # of the way, whose length is in z
             corners = np.concatenate([corners, corners + part * to_ball])
         return np.asarray((self.ankles[f] + corners)[:, [0, 2]])
 
@@ -197,7 +205,7 @@ class ContactPlan:
 def _soles(body: Body) -> tuple[FloatArray, FloatArray]:
     """Return contact points and outlines of both feet, each (2, n, 3), from below the ankles."""
     P, A = frames(body.table, np.zeros(N_DOF))
-    ankles = np.stack([P[index(f"ankle_dorsiflexion_{side}"), :3, 3] for side in "rl"])
+    ankles = np.stack([P[index(f"ankle_dorsiflexion_{side}"), :3, 3] for side in SIDES])
     return tuple(_placed(A, points) - _ground(ankles, body) for points in _point_sets(body))  # type: ignore[return-value]
 
 
@@ -215,7 +223,7 @@ def _ground(ankles: FloatArray, body: Body) -> FloatArray:
     return np.asarray(below[:, None])
 
 
-def _radius_of_gyration(polygon: FloatArray) -> float:
+def radius_of_gyration(polygon: FloatArray) -> float:
     """Return the radius of gyration of the area of a polygon (n, 2) about its centroid."""
     corner = polygon - polygon.mean(axis=0)
     after = np.roll(corner, -1, axis=0)

@@ -14,8 +14,8 @@ import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.dh import link_to_dh
-from human_gait.body.links import SIDES
 from human_gait.body.person import Body
+from human_gait.body.skeleton import SIDES
 from human_gait.dynamics.inverse_dynamics import CHAINS, FOOT_LINKS, InverseDynamics, symmetric
 from human_gait.dynamics.spatial import cross
 from human_gait.values import Value

@@ -95,25 +95,28 @@ def ground_reaction(
     wrench = root_wrench(dynamics)
     F = Jet.variables(wrench.value)
     R, M = F[:, :3], F[:, 3:]
-    zmp = stack([M[:, 2] / R[:, 1], -M[:, 0] / R[:, 1]])
-    yaw_moment = M[:, 1] - (zmp[:, 1] * R[:, 0] - zmp[:, 0] * R[:, 2])
+    # Step one, Fig. 5 (a): M - ZMP x R has no part about x and z, only M_y about y.
+    zmp = stack([M[:, 2] / R[:, 1], -M[:, 0] / R[:, 1]])  # (M_z / R_y, -M_x / R_y)
+    M_y = M[:, 1] - (zmp[:, 1] * R[:, 0] - zmp[:, 0] * R[:, 2])
+    # Step two, Fig. 5 (b): R and M_y act on the feet, l1 of them at A and l2 at B, Eq. (17).
     both = plan.double_support(times)
     A, B = (point[:, [0, 2]] for point in plan.transfer_points(times))
-    l2 = _leading_share(zmp, A, B, both)
-    e = zmp - stack([l2 * side for side in (B - A).T]) - A
+    l2 = _leading_share(zmp, A, B, both)  # d1 / (d1 + d2); l1 = 1 - l2
+    e = zmp - _along(l2, B - A) - A  # ZMP - (l1 A + l2 B): what the shares leave of the moment
     pressure = tuple((e + point).where(both, zmp) for point in (A, B))
     shares = (1.0 - l2, l2)
-    apart = l2 * (1.0 - l2) * R[:, 1] * plan.spread
-    leaning = [stack([apart * side for side in h.T]) for h in (B - A, A - B)]
+    # Beyond Eq. (17): h = l1 l2 R_y (B - A) / H on the trailing foot, -h on the leading one.
+    per_length = l2 * (1.0 - l2) * R[:, 1] * plan.spread
+    h = [_along(per_length, line) for line in (B - A, A - B)]
     wrenches = tuple(
-        _foot_wrench(point, R, yaw_moment, share, h)
-        for point, share, h in zip(pressure, shares, leaning, strict=True)
+        _foot_wrench(point, R, M_y, share, push)
+        for point, share, push in zip(pressure, shares, h, strict=True)
     )
     toes = tuple(
         _toe_share(point[:, 1] - ball) for point, ball in zip(pressure, plan.balls, strict=True)
     )
     links = tuple(_on_links(*pair) for pair in zip(wrenches, toes, strict=True))
-    return GroundReaction(wrench, R, zmp, yaw_moment, l2, pressure, wrenches, toes, links)  # type: ignore[arg-type]
+    return GroundReaction(wrench, R, zmp, M_y, l2, pressure, wrenches, toes, links)  # type: ignore[arg-type]
 
 
 def root_wrench(dynamics: InverseDynamics) -> Linearised:
@@ -124,7 +127,7 @@ def root_wrench(dynamics: InverseDynamics) -> Linearised:
     axes, torque = dynamics.axes[:, :, ROOT], dynamics.torque[:, ROOT]
     J_T = axes.swapaxes(1, 2)
     wrench = np.asarray(np.linalg.solve(J_T, torque.value[..., None])[..., 0], dtype=float)
-    partials = torque.partials.copy()
+    partials = torque.partials.copy()  # J^T dF/dx = dtau/dx - (dJ^T/dx) F; J moves with q alone
     partials[:, :, ROOT] -= load_torques_dq(axes, wrench)
     return Linearised(wrench, np.asarray(np.linalg.solve(J_T, partials), dtype=float))
 
@@ -139,19 +142,24 @@ def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction) -> Linear
     for f in (RIGHT, LEFT):
         chain = CHAINS[f]
         for wrench, joints in zip(reaction.on_links[f], (chain[:-1], chain), strict=True):
-            load = linearised_load(dynamics.axes, joints, reaction.in_state(wrench))
+            load = linearised_load(dynamics.axes, joints, reaction.in_state(wrench))  # S^T W
             value[:, joints] -= load.value
             partials[:, joints] -= load.partials
     return Linearised(value, partials)
 
 
-def pass_on_torques(
+def add_torques_to_adjoint(
     dynamics: InverseDynamics, reaction: GroundReaction, adjoint: Adjoint
 ) -> tuple[FloatArray, FloatArray]:
     """Take account of the forces on the feet in a weighted sum of joint torques.
 
-    That is - sum w_i S_i^T W(F) with w = ``adjoint.torque``, W what acts on the links of the feet
-    and F the wrench of the ground. What the sum owes to F is added to the adjoint.
+    That is L = - sum w_i S_i^T W(F) with w = ``adjoint.torque``, S_i the spatial axis of joint i,
+    W what acts on the links of the feet and F the wrench of the ground. With p = sum w_i S_i
+
+        dL/dF = - p^T dW/dF,                    d2L/dF2 = - p^T d2W/dF2,
+        d2L/dq2 = - sum w_i (d2S_i/dq2)^T W,    d2L/dqdF = - (dp/dq)^T dW/dF.
+
+    What the sum owes to F is added to the adjoint.
 
     Returns
     -------
@@ -166,9 +174,9 @@ def pass_on_torques(
         chain = CHAINS[f]
         for wrench, joints in zip(reaction.on_links[f], (chain[:-1], chain), strict=True):
             S, w = dynamics.axes[:, :, joints], adjoint.torque[:, joints]
-            push = (S @ w[..., None]).swapaxes(1, 2)
-            adjoint.wrench[:] -= (push @ wrench.partials)[:, 0]
-            adjoint.wrench_second[:] -= (push @ wrench.second.reshape(K, 6, 36)).reshape(K, 6, 6)
+            p = (S @ w[..., None]).swapaxes(1, 2)  # (K, 1, 6)
+            adjoint.wrench[:] -= (p @ wrench.partials)[:, 0]
+            adjoint.wrench_second[:] -= (p @ wrench.second.reshape(K, 6, 36)).reshape(K, 6, 6)
             mixed[:, joints] -= weighted_axes_dq(S, w).swapaxes(1, 2) @ wrench.partials
             second[:, joints[:, None], joints] -= load_hessian(S, w, wrench.value)
     return second, mixed
@@ -178,17 +186,22 @@ def _leading_share(zmp: Jet, A: FloatArray, B: FloatArray, both: BoolArray) -> J
     """Return l2 = d1 / (d1 + d2) along AB, bent smoothly to stay within 0 and 1."""
     along = (B - A) / np.sum((B - A) ** 2, axis=1, keepdims=True)
     offset = zmp - A
-    s: Jet = offset[:, 0] * along[:, 0] + offset[:, 1] * along[:, 1]
-    l2 = s.map(*_RAMP) - (s - 1.0).map(*_RAMP)
+    s: Jet = offset[:, 0] * along[:, 0] + offset[:, 1] * along[:, 1]  # (ZMP - A) . AB / |AB|^2
+    l2 = s.map(*_RAMP) - (s - 1.0).map(*_RAMP)  # max(s, 0) - max(s - 1, 0), rounded
     return l2.where(both, 1.0)
 
 
-def _foot_wrench(pressure: Jet, R: Jet, yaw_moment: Jet, share: Jet, h: Jet) -> Jet:
-    """Return the share of R and of the vertical moment, and h (x and z), at the pressure point."""
-    height = 0.0 * yaw_moment
+def _along(factor: Jet, line: FloatArray) -> Jet:
+    """Return vectors (K, 2), x and z, times a factor (K,)."""
+    return stack([factor * side for side in line.T])
+
+
+def _foot_wrench(pressure: Jet, R: Jet, M_y: Jet, share: Jet, h: Jet) -> Jet:
+    """Return the share of R and M_y, and h (x and z), at the pressure point, Eq. (17)."""
+    height = 0.0 * M_y
     force = stack([R[:, 0] * share + h[:, 0], R[:, 1] * share, R[:, 2] * share + h[:, 1]])
     moment = cross(stack([pressure[:, 0], height, pressure[:, 1]]), force)
-    turned = moment[:, 1] + yaw_moment * share
+    turned = moment[:, 1] + M_y * share
     return stack([*(force[:, i] for i in range(3)), moment[:, 0], turned, moment[:, 2]])
 
 

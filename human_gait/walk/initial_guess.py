@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from human_gait.arrays import FloatArray
 from human_gait.body.person import Body
-from human_gait.body.skeleton import N_DOF, index
+from human_gait.body.skeleton import N_DOF, SIDES, index
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
 from human_gait.walk.contact_plan import LEFT, ContactPlan
@@ -66,7 +66,7 @@ def _leg(
     since_strike: FloatArray, hips: FloatArray, body: Body, plan: ContactPlan, side: str
 ) -> FloatArray:
     """Return hip, knee, ankle and toe angles (K, 4) from the steps since the foot's strike."""
-    foothold = plan.ankles["rl".index(side), 2]
+    foothold = plan.ankles[SIDES.index(side), 2]
     foot = np.array([_foot(s, body, plan) for s in since_strike])
     reach = foot[:, :2] + [0.0, foothold] - hips
     thigh, shank = body.measures.lengths["L_th"], body.measures.lengths["L_sh"]

@@ -20,9 +20,9 @@ from human_gait.walk.contact_plan import ContactPlan
 from human_gait.walk.feet import Feet, FootMotion
 from human_gait.walk.ground_reaction import (
     GroundReaction,
+    add_torques_to_adjoint,
     ground_reaction,
     joint_torques,
-    pass_on_torques,
 )
 
 
@@ -121,7 +121,7 @@ class Walker:
         """
         adjoint.torque[:, ROOT] = 0.0  # the global DOF have no torque, whatever the motion
         dynamics = now.dynamics
-        own, mixed = pass_on_torques(dynamics, now.ground, adjoint)
+        own, mixed = add_torques_to_adjoint(dynamics, now.ground, adjoint)
         weights = adjoint.torque, adjoint.wrench
         qq, qv, qa, vv = self._curvature.hessian((now.q, now.v, now.a), dynamics.axes, *weights)
         qq += own + adjoint.posture_second

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from walks import BACKPACK, scenario
 
+from human_gait.checks.check import Check, Kind
+from human_gait.problem.balance_rows import SLIDING_FRICTION, TURNING_FRICTION
 from human_gait.problem.program import build_program
 from human_gait.solving import starts as room
 from human_gait.solving.solver import FEASIBLE, POSTURE, SOLVERS, Solution
@@ -58,8 +60,8 @@ class Solves:
     @staticmethod
     def verify(gait):
         answer = gait.solution["answer"]
-        name = room.FRICTION[1] if answer == "slips" else "a claim"
-        check = room.Check(name, "m", 0.0, 1.0, 0.0)
+        kind = Kind.FRICTION if answer == "slips" else Kind.WALK
+        check = Check("a claim", "m", 0.0, 1.0, 0.0, kind)
         wrong = answer in ("rejected", "slips")
         return [dataclasses.replace(check, value=2.0) if wrong else check]
 
@@ -118,8 +120,8 @@ def test_a_walk_that_slips_is_taken_up_with_friction(solves):
     attempts = climb(PROGRAM)
     assert starts(attempts) == [OWN_GUESS, f"{OWN_GUESS}, held by friction"]
     assert [attempt.program.friction for attempt in attempts] == [False, True]
-    names = {constraint.name for constraint in attempts[1].program.constraints}
-    assert names >= {"sliding friction", "turning friction"}
+    demands = {constraint.demand for constraint in attempts[1].program.constraints}
+    assert demands >= {SLIDING_FRICTION, TURNING_FRICTION}
     assert attempts[1].success
 
 
@@ -132,7 +134,7 @@ def test_a_given_start_is_the_only_one(solves):
 
 def test_a_start_that_is_not_alone_comes_before_all_others(solves):
     """With its multipliers; what follows does not know of it."""
-    start, multipliers = PROGRAM.guess(), {"contact position": np.ones(3)}
+    start, multipliers = PROGRAM.guess(), {"any": np.ones(3)}
     given = Start(WARM, start, multipliers, alone=False)
     attempts = climb(PROGRAM, "newton", given)
     assert starts(attempts) == [WARM, *starts(climb(PROGRAM, "newton"))]

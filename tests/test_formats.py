@@ -1,7 +1,7 @@
 """Exports are read back by programs of others: ezc3d, pybvh, yourdfpy, Pinocchio, numpy.
 
 What they read has to be the gait, and the places that they compute those of Pinocchio. OpenSim's
-own files are in ``test_export_opensim.py``.
+own files are in ``test_opensim.py``.
 """
 
 import json

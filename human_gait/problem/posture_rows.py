@@ -1,0 +1,109 @@
+"""How the walker holds itself: speed of the pelvis, knee and arms, Eqs. (23), (25), (27)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from human_gait.arrays import FloatArray, IntArray
+from human_gait.body.skeleton import SIDES, SIDES_IN_WORDS, index
+from human_gait.problem.residual import Constraint, Demand, Residual, Tolerance, same_words
+from human_gait.scenario import Scenario
+from human_gait.walk.adjoint import Adjoint
+from human_gait.walk.instant import Instants
+
+PELVIC_VELOCITY = Demand(
+    name="pelvic velocity",
+    equation="23",
+    meaning="the pelvis has to keep to the walking speed",
+    tolerance=Tolerance("pelvis_speed", upwards=True),
+)
+KNEE_AT_MID_SWING = Demand(
+    name="knee at mid-swing",
+    equation="25",
+    meaning="the swinging knee has to bend by 60 deg",
+    tolerance=Tolerance("knee_flexion_deg", upwards=True),
+)
+ARM_LEG_COUPLING = Demand(
+    name="arm-leg coupling",
+    equation="27",
+    meaning="arms have to swing against the legs",
+    tolerance=Tolerance("arm_leg", upwards=True),
+)
+
+_PELVIS = index("pelvis_tz")
+
+
+def pelvic_velocity(scenario: Scenario, on: IntArray) -> Constraint:
+    """The pelvis moves forward at the walking speed, Eq. (23)."""
+    tolerance = np.full(len(on), scenario.tolerances.pelvis_speed)
+    speed, one = scenario.walk.speed, np.ones((len(on), 1))
+
+    def evaluate(now: Instants) -> Residual:
+        return Residual(now.v[on, _PELVIS] - speed, 0 * one, one, 0 * one)
+
+    return Constraint(
+        demand=PELVIC_VELOCITY,
+        unit="m/s",
+        lower=-tolerance,
+        upper=tolerance,
+        instants=on,
+        columns=np.full((len(on), 1), _PELVIS),
+        what=same_words(on, "pelvis, forward"),
+        evaluate=evaluate,
+    )
+
+
+def knee_at_mid_swing(scenario: Scenario, times: FloatArray) -> Constraint:
+    """The knee of the swing leg is bent by 60 degrees at mid-swing, Eq. (25)."""
+    knee = index("knee_flexion_r")
+    middle = scenario.phases.mid_swing * scenario.walk.step_time
+    k = np.array([np.argmin(np.abs(times - middle))])
+    tolerance, one = np.deg2rad([scenario.tolerances.knee_flexion_deg]), np.ones((1, 1))
+
+    def evaluate(now: Instants) -> Residual:
+        return Residual(now.q[k, knee] - np.deg2rad(60.0), one, 0 * one, 0 * one)
+
+    return Constraint(
+        demand=KNEE_AT_MID_SWING,
+        unit="rad",
+        lower=-tolerance,
+        upper=tolerance,
+        instants=k,
+        columns=np.array([[knee]]),
+        what=same_words(k, "right knee, flexion"),
+        evaluate=evaluate,
+    )
+
+
+def arm_leg_coupling(scenario: Scenario, on: IntArray) -> Constraint:
+    """Arm and leg of a side swing in opposite directions, Eq. (27): product of flexions <= 0.
+
+    Relaxed by a small amount: where both angles pass zero together the gradient vanishes.
+    """
+    joints = ("shoulder_flexion", "hip_flexion")
+    pairs = np.array([[index(f"{joint}_{side}") for joint in joints] for side in SIDES])
+    k = np.repeat(on, 2)
+    columns = np.tile(pairs, (len(on), 1))
+    upper = np.full(len(k), scenario.tolerances.arm_leg)
+
+    def evaluate(now: Instants) -> Residual:
+        angles = now.q[k[:, None], columns]
+        dq = angles[:, ::-1]  # d(x y) = y dx + x dy
+        return Residual(angles.prod(axis=1), dq, 0.0 * dq, 0.0 * dq)
+
+    def to_adjoint(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
+        arm, leg = columns.T
+        adjoint.posture_second[k, arm, leg] += multipliers
+        adjoint.posture_second[k, leg, arm] += multipliers
+
+    return Constraint(
+        demand=ARM_LEG_COUPLING,
+        unit="rad^2",
+        lower=upper - np.inf,
+        upper=upper,
+        instants=k,
+        columns=columns,
+        what=np.tile([f"{side} shoulder against {side} hip" for side in SIDES_IN_WORDS], len(on)),
+        evaluate=evaluate,
+        to_adjoint=to_adjoint,
+    )
