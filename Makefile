@@ -1,4 +1,3 @@
-# make setup      install everything into .venv (the other targets do this by themselves)
 # make normal     the main job: predict normal walking, V = 1.2 m/s, L = 0.7 m -> out/normal/
 # make preferred  predict walking at the step length people prefer -> out/preferred/
 # make backpack   the same walk with 0, 20 and 40 lb on the back -> out/backpack-0/ ...
@@ -10,13 +9,20 @@
 # make bench      measure the speed of the solvers -> out/bench/, some hours; goes on if stopped
 # make test       run the tests, with coverage
 # make check      lint, format, types, import rules and tests
+# make docs       these pages and all of docs/ as a site -> build/docs/index.html; no server needed
 # make pins       find the newest versions that work together -> .ci/constraints.txt
 #                 (make pins PYTHONS="python3.11 python3.12 python3.13")
+# make setup      only install what the commands need into .venv
+#
+# Each target installs what it needs into .venv by itself: what the commands need, 1.6 GB;
+# the tools of make test, make check and make bench, 0.8 GB more; those of make docs, 0.1 GB more.
 #
 # make PYTHON=/path/to/python3 ... chooses the Python to make .venv with.
 
 BIN := .venv/bin
-STAMP := .venv/.installed
+RUN := .venv/.run
+TEST := .venv/.test
+DOCS := .venv/.docs
 CONSTRAINTS := .ci/constraints.txt
 DIR ?= out/normal
 BACKPACKS := backpack-0 backpack-20 backpack-40
@@ -30,25 +36,36 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 export PYTHON
 
-.PHONY: help setup backpack scenarios paper play figures urdf bench test check pins $(SCENARIOS)
+# What is installed: $(call install,package with its extras,size)
+define install
+@echo "setup: installing $(2) into .venv, the first time some minutes"
+@PIP_CONSTRAINT=$(CONSTRAINTS) PIP_BUILD_CONSTRAINT=$(CONSTRAINTS) PIP_USER=0 \
+    PIP_DISABLE_PIP_VERSION_CHECK=1 \
+    $(BIN)/python -m pip install --quiet -c $(CONSTRAINTS) -e '$(1)' || { \
+    echo "error: the packages could not be installed, see the message of pip above" >&2; \
+    exit 2; }
+@touch $@
+endef
+
+.PHONY: help setup backpack scenarios paper play figures urdf bench test check docs pins $(SCENARIOS)
 
 help:
 	@sed -n '/^#/!q; s/^# \{0,1\}//p' Makefile
 
-setup: $(STAMP)
+setup: $(RUN)
 
-$(STAMP): pyproject.toml $(CONSTRAINTS)
+$(RUN): pyproject.toml $(CONSTRAINTS)
 	@sh .ci/find_python $(BIN)/python >/dev/null 2>&1 || { \
 	    python=$$(sh .ci/find_python) && \
 	    echo "setup: making .venv with $$python" && \
 	    "$$python" -m venv --clear .venv; }
-	@echo "setup: installing into .venv (the first time about 400 MB, some minutes)"
-	@PIP_CONSTRAINT=$(CONSTRAINTS) PIP_BUILD_CONSTRAINT=$(CONSTRAINTS) PIP_USER=0 \
-	    PIP_DISABLE_PIP_VERSION_CHECK=1 \
-	    $(BIN)/python -m pip install --quiet -c $(CONSTRAINTS) -e '.[dev]' || { \
-	    echo "error: the packages could not be installed, see the message of pip above" >&2; \
-	    exit 2; }
-	@touch $@
+	$(call install,.,what the commands need (1.6 GB))
+
+$(TEST): $(RUN)
+	$(call install,.[test],the tools of the tests (0.8 GB more))
+
+$(DOCS): $(RUN)
+	$(call install,.[docs],the tools of the documentation (0.1 GB more))
 
 $(SCENARIOS): setup
 	@$(BIN)/human-gait predict scenarios/$@.toml --out out/$@
@@ -70,19 +87,24 @@ figures: setup
 urdf: setup
 	@$(BIN)/human-gait urdf --out urdf/human.urdf
 
-bench: setup
+bench: $(TEST)
 	@$(BIN)/python benchmarks/speed.py --out out/bench
 	@$(BIN)/python benchmarks/evaluation.py --out out/bench
 
-test: setup
+test: $(TEST)
 	@$(BIN)/pytest -n auto --dist loadfile --cov --cov-report term
 
-check: setup
+check: $(TEST)
 	@$(BIN)/ruff check
 	@$(BIN)/ruff format --check
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
 	@$(MAKE) --no-print-directory test
+
+docs: $(DOCS)
+	@$(BIN)/python docs/architecture.py >/dev/null
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs --quiet build --strict
+	@echo "build/docs/index.html"
 
 pins: setup
 	@$(BIN)/python .ci/refresh_constraints.py $(PYTHONS)

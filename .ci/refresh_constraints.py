@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parent.parent
 CONSTRAINTS = ROOT / ".ci" / "constraints.txt"
 HEADER = """\
 # Exact versions for a reproducible installation; written by `make pins`, not by hand.
-# Used by the Makefile: pip install -c .ci/constraints.txt -e '.[dev]'
+# Used by the Makefile: pip install -c .ci/constraints.txt -e '.[test,docs]'
 """
 
 
@@ -22,8 +22,13 @@ def requirements() -> list[str]:
     """Return what pyproject.toml asks for, with the build backend and editable installs."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     project = settings["project"]
-    extras = [name for names in project["optional-dependencies"].values() for name in names]
-    return [*project["dependencies"], *extras, *settings["build-system"]["requires"], "editables"]
+    extras = {name for names in project["optional-dependencies"].values() for name in names}
+    return [
+        *project["dependencies"],
+        *sorted(extras),
+        *settings["build-system"]["requires"],
+        "editables",
+    ]
 
 
 def installed(python: str, wanted: list[str]) -> tuple[str, list[str]]:

@@ -320,7 +320,7 @@ def compiled(folder: Path) -> Path | str:
 
 
 def _eigen(prefix: Path) -> Path | None:
-    """Return a folder with the headers of Eigen; the package CasADi, of `dev`, brings them."""
+    """Return a folder with the headers of Eigen; CasADi, of the extra `test`, brings them."""
     casadi = importlib.util.find_spec("casadi")
     places = [prefix / "include/eigen3", Path("/usr/include/eigen3")]
     if casadi and casadi.origin:

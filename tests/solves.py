@@ -1,11 +1,14 @@
-"""Whole solves that tests share: each scenario is predicted once per process."""
+"""Whole solves that tests share: each scenario is predicted once per run of pytest.
 
-import atexit
+Processes that run tests beside each other (pytest-xdist) share a folder and wait for each other.
+"""
+
+import fcntl
 import json
 from functools import cache
 from pathlib import Path
-from shutil import rmtree
-from tempfile import mkdtemp
+
+from sharing import FOLDER
 
 from human_gait.prediction import predict_to_folder
 from human_gait.scenario import load_scenario
@@ -19,11 +22,10 @@ SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
 class Result:
     """What a prediction has left in its folder."""
 
-    def __init__(self, name, folder):
+    def __init__(self, folder):
         self.folder = folder
-        task = load_scenario(SCENARIOS / f"{name}.toml")
-        self.success = predict_to_folder(task, SOLVERS[0], folder)
         self.summary = json.loads((folder / "summary.json").read_text())
+        self.success = self.summary["success"]
         self.gait = load_gait(folder)
         self.cycle = load_gait_cycle(folder / "gait_cycle.csv")
 
@@ -31,6 +33,11 @@ class Result:
 @cache
 def solved(name):
     """The result of a scenario that comes with the package."""
-    folder = Path(mkdtemp(prefix=f"{name}-"))
-    atexit.register(rmtree, folder, ignore_errors=True)
-    return Result(name, folder)
+    folder = FOLDER / name
+    folder.parent.mkdir(exist_ok=True)
+    with (folder.parent / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not folder.is_dir():
+            task = load_scenario(SCENARIOS / f"{name}.toml")
+            predict_to_folder(task, SOLVERS[0], folder)
+    return Result(folder)

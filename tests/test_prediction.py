@@ -177,6 +177,8 @@ def test_from_python_a_failure_is_an_exception_that_carries_the_gait():
     with pytest.raises(ValueError, match="newton"):
         predict(TASK, dynamics="newton")
     assert caught.value.gait.scenario == TASK
+    assert caught.value.gait.solution["success"] is False
+    assert "no walk" in repr(caught.value.gait)
     assert np.all(np.isfinite(caught.value.gait.control_points))
     report = caught.value.report
     broken = {one.name for one in report if isinstance(one, Violation)}

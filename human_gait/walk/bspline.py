@@ -3,14 +3,14 @@
 One step lasts from t = 0 to T; the next one is its image by the cycle of the walk: mirrored, and
 further on by the step length L (Eq. 26). There are two kinds of basis:
 
-* mirrored: the knots go on beyond the step by the same rule, so that of n control points the last
-  three are the images of the first three,
+*   mirrored: the knots go on beyond the step by the same rule, so that of n control points the last
+    three are the images of the first three,
 
-      P_(m+i) = mirror(P_i) + L z,   i = 0, 1, 2,   m = n - 3,
+        P_(m+i) = mirror(P_i) + L z,   i = 0, 1, 2,   m = n - 3,
 
-  and position, velocity and acceleration are periodic for any choice of the m free ones;
-* clamped, as in the paper: all n control points are free, the first and the last are the postures
-  at 0 and T, and Eq. (26) has to be demanded of them.
+    and position, velocity and acceleration are periodic for any choice of the m free ones;
+*   clamped, as in the paper: all n control points are free, the first and the last are the postures
+    at 0 and T, and Eq. (26) has to be demanded of them.
 """
 
 from __future__ import annotations
