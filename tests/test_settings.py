@@ -191,6 +191,7 @@ def test_every_line_with_a_setting_can_be_uncommented(here):
 SAME = st.sampled_from(sorted(shipped_scenarios()))
 
 
+@settings(max_examples=30)
 @given(SAME, st.floats(1.3, 1.9), st.sampled_from(["male", "female"]), st.integers(6, 9))
 def test_whatever_the_template_holds_is_kept(tmp_path_factory, template, stature, sex, points):
     folder = tmp_path_factory.getbasetemp()
