@@ -56,7 +56,12 @@ def reduced(all_arrows: set[Arrow]) -> list[Arrow]:
         below[upper].add(lower)
 
     def reached(name: str) -> set[str]:
-        return below[name].union(*(reached(lower) for lower in below[name]))
+        found, ahead = set(), [name]
+        while ahead:
+            new = below[ahead.pop()] - found
+            found |= new
+            ahead += new
+        return found
 
     def follows(upper: str, lower: str) -> bool:
         return any(lower in reached(other) for other in below[upper] - {lower})
