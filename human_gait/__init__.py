@@ -1,7 +1,16 @@
-"""Prediction of human walking by optimisation, with a skeleton of 55 degrees of freedom."""
+"""Prediction of human walking by optimisation, with a skeleton of 55 degrees of freedom.
 
-import importlib
-from typing import Any
+>>> import human_gait as hg
+>>> gait = hg.predict("scenarios/normal.toml", progress=True)
+>>> gait["knee_flexion_r"]  # over one stride, [rad]
+>>> hg.verify(gait), hg.compare(gait)
+>>> hg.play(gait)
+>>> gait.save("out/mine")
+
+``dir(human_gait)`` lists what there is; everything else is the inside of the package.
+"""
+
+from typing import TYPE_CHECKING
 
 from human_gait.exceptions import (
     GaitError,
@@ -10,40 +19,123 @@ from human_gait.exceptions import (
     ResultError,
     ScenarioError,
 )
-from human_gait.scenario import Scenario, load_scenario
-
-# Made available on first use: a solver or a browser viewer takes up to a second to import.
-_ROOM_OF = {
-    "Gait": "walk.gait",
-    "bspline_trajectory": "problem.program",
-    "build_program": "problem.program",
-    "play": "playback.page",
-    "predict": "prediction",
-    "solve": "solving.solver",
-    "verify": "checks.verification",
-}
+from human_gait.scenario import (
+    Discretisation,
+    DofRange,
+    Ground,
+    Limits,
+    Load,
+    Objective,
+    Phases,
+    Posture,
+    Scenario,
+    Subject,
+    Tolerances,
+    Walk,
+    load_scenario,
+    shipped_scenarios,
+)
 
 __all__ = [
+    "Body",
+    "Check",
+    "Checks",
+    "Comparison",
+    "Discretisation",
+    "DofRange",
+    "Explanation",
     "Gait",
     "GaitError",
+    "GaitProgram",
+    "Ground",
+    "Iterate",
+    "Limits",
+    "Load",
     "ModelError",
     "NoSolutionFound",
+    "Objective",
+    "Phases",
+    "Posture",
     "ResultError",
+    "Samples",
     "Scenario",
     "ScenarioError",
+    "Solution",
+    "Subject",
+    "Tolerances",
+    "Walk",
     "bspline_trajectory",
     "build_program",
+    "compare",
+    "drake_plant",
+    "explain",
+    "load",
     "load_scenario",
+    "make_body",
+    "pinocchio_model",
     "play",
     "predict",
+    "report",
+    "shipped_scenarios",
     "solve",
     "verify",
 ]
 
+if TYPE_CHECKING:
+    from human_gait.body.person import Body, make_body
+    from human_gait.checks.check import Check
+    from human_gait.checks.models import drake_plant, pinocchio_model
+    from human_gait.checks.table import Checks, verify
+    from human_gait.people.comparison import Comparison, compare
+    from human_gait.playback.page import play
+    from human_gait.problem.program import GaitProgram, bspline_trajectory, build_program
+    from human_gait.reporting.calls import Explanation, explain, report
+    from human_gait.solving.solver import Iterate, Solution, solve
+    from human_gait.walk.gait import Gait, Samples
+    from human_gait.walks import load, predict
 
-def __getattr__(name: str) -> Any:
-    """Import the room of a public name when the name is used for the first time."""
-    if name not in _ROOM_OF:
-        message = f"module {__name__!r} has no attribute {name!r}"
-        raise AttributeError(message)
-    return getattr(importlib.import_module(f"{__name__}.{_ROOM_OF[name]}"), name)
+    __version__: str
+else:
+    # Made available on first use: a solver or a browser viewer takes up to a second to import.
+    _MODULE_OF = {
+        "Body": "body.person",
+        "Check": "checks.check",
+        "Checks": "checks.table",
+        "Comparison": "people.comparison",
+        "Explanation": "reporting.calls",
+        "Gait": "walk.gait",
+        "GaitProgram": "problem.program",
+        "Iterate": "solving.solver",
+        "Samples": "walk.gait",
+        "Solution": "solving.solver",
+        "bspline_trajectory": "problem.program",
+        "build_program": "problem.program",
+        "compare": "people.comparison",
+        "drake_plant": "checks.models",
+        "explain": "reporting.calls",
+        "load": "walks",
+        "make_body": "body.person",
+        "pinocchio_model": "checks.models",
+        "play": "playback.page",
+        "predict": "walks",
+        "report": "reporting.calls",
+        "solve": "solving.solver",
+        "verify": "checks.table",
+    }
+
+    def __dir__():
+        """Return the public names, those that are not imported yet as well."""
+        return [*__all__, "__version__"]
+
+    def __getattr__(name):
+        """Import the module of a public name when the name is used for the first time."""
+        if name == "__version__":
+            from importlib.metadata import version
+
+            return version("human-gait")
+        if name not in _MODULE_OF:
+            message = f"module {__name__!r} has no attribute {name!r}"
+            raise AttributeError(message)
+        from human_gait.late import late
+
+        return late(_MODULE_OF[name], name)

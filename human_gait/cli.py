@@ -380,3 +380,7 @@ def main() -> None:
     if Outlet.failure and code == 0:
         code = complain(f"the output cannot be written: {Outlet.failure}", BAD_INPUT)
     sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from human_gait.walk.gait import Gait
 
 SHOWN_CHARACTERS = 60
 
@@ -85,11 +88,13 @@ class NoSolutionFound(GaitError):
         The solver's verdict in one line.
     gait : Gait, optional
         The best gait so far.
-    report : object, optional
-        Which constraints failed, when and by how much.
+    report : sequence, optional
+        Which constraints and checks failed, when and by how much, and what to try.
     """
 
-    def __init__(self, message: str, gait: Any = None, report: Any = None) -> None:
+    def __init__(
+        self, message: str, gait: Gait | None = None, report: Sequence[object] | None = None
+    ) -> None:
         super().__init__(message)
         self.gait = gait
         self.report = report

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from human_gait import console
 from human_gait.checks.verification import verify
-from human_gait.exceptions import NoSolutionFound, ResultError
+from human_gait.exceptions import ResultError
 from human_gait.problem.program import GaitProgram, build_program, refined_program
 from human_gait.reporting.agreement import agreement_to_folder
 from human_gait.results.folder import replaced_folder, whole_file
@@ -21,7 +21,6 @@ from human_gait.results.names import (
     result_files,
 )
 from human_gait.scenario import Scenario
-from human_gait.solving.diagnosis import not_kept, suggestions
 from human_gait.solving.solver import SOLVERS, posture
 from human_gait.solving.starts import GIVEN, OWN_GUESS, WARM, Attempt, Start, best, climb
 from human_gait.solving.summary import checks_content, explanation_content, summary_content
@@ -32,41 +31,6 @@ from human_gait.walk.gait_file import load_gait, load_record, save_gait
 
 OURS = result_files(SOLVERS)
 """Everything that a prediction, or a command about it, writes: it goes with the old result."""
-
-
-def predict(
-    scenario: Scenario, solver: str = "newton", dynamics: str = "pinocchio", seed: int = 0
-) -> Gait:
-    """Return the predicted gait of a scenario.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    solver : str
-        ``newton``, ``snopt`` or ``ipopt``.
-    dynamics : str
-        ``pinocchio``, or ``dh`` for the paper's own recursion.
-    seed : int
-        Of the random starts, where the others fail (`starts`).
-
-    Raises
-    ------
-    NoSolutionFound
-        If the solver did not converge or a check fails; it carries the best gait so far and, as
-        its report, the constraints that are not kept, the checks that failed and what to try.
-    """
-    program = build_program(scenario, dynamics=dynamics)
-    kept = best(climb(program, solver, seed=seed))
-    solution, checks = kept.solution, kept.checks
-    if not kept.success:
-        failed = [check for check in checks if not check.passed]
-        broken = not_kept(scenario, solution.violations)
-        raise NoSolutionFound(
-            f"{solution.solver} stopped: {solution.status}",
-            solution.gait,
-            [*broken, *failed, *suggestions(kept.program, solution, checks)],
-        )
-    return solution.gait
 
 
 def predict_to_folder(

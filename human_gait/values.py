@@ -16,27 +16,35 @@ from typing import Any, Self
 
 import numpy as np
 
+_SMALL = 6  # elements of an array that is shown
+
 
 @dataclass(frozen=True, eq=False)
 class Value:
     """Base of frozen dataclasses with arrays among their fields.
 
     Two are equal if they are of one class and all fields are equal: arrays by shape and elements,
-    mappings and sequences by what is in them; NaN is equal to itself. Equal values have equal
-    hashes. Copies and pickles hold the fields only, hence no cached property.
+    mappings and sequences by what is in them; NaN is equal to itself; fields declared with
+    ``compare=False`` do not count. Equal values have equal hashes. Copies and pickles hold the
+    fields only, hence no cached property.
 
     Notes
     -----
-    Subclasses are decorated with ``eq=False``, else `dataclass` would write its own comparison.
+    Subclasses are decorated with ``eq=False``, else `dataclass` would write its own comparison, and
+    with ``repr=False`` for a text that has the shapes of arrays instead of their elements.
     """
 
     def __eq__(self, other: object) -> bool:
         if type(self) is not type(other):
             return NotImplemented
-        return self is other or _same(self.__getstate__(), other.__getstate__())
+        return self is other or _same(self._compared(), other._compared())
 
     def __hash__(self) -> int:
-        return hash((type(self), _key(self.__getstate__())))
+        return hash((type(self), _key(self._compared())))
+
+    def __repr__(self) -> str:
+        shown = (f"{item.name}={_short(getattr(self, item.name))}" for item in fields(self))
+        return f"{type(self).__name__}({', '.join(shown)})"
 
     def __getstate__(self) -> dict[str, Any]:
         return {item.name: getattr(self, item.name) for item in fields(self)}
@@ -45,6 +53,18 @@ class Value:
         """Return the value itself, whose arrays nobody can write to from now on."""
         _freeze(self)
         return self
+
+    def _compared(self) -> dict[str, Any]:
+        return {item.name: getattr(self, item.name) for item in fields(self) if item.compare}
+
+
+def _short(value: object) -> str:
+    """Return a value as text; of arrays that are not small the shape."""
+    if isinstance(value, np.ndarray):
+        return f"<{' x '.join(map(str, value.shape))} array>" if value.size > _SMALL else str(value)
+    if isinstance(value, Mapping):
+        return f"<{len(value)} by name>"
+    return repr(value)
 
 
 def _freeze(value: object) -> None:

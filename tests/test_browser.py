@@ -18,7 +18,7 @@ from selenium.webdriver.support.ui import WebDriverWait
 from walking import guessed_gait
 
 from human_gait.body.skeleton import index
-from human_gait.playback.page import TORQUE_COLOURS, save_playback
+from human_gait.playback.page import TORQUE_COLOURS, play, save_playback
 from human_gait.results.names import GAIT_FILE
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
@@ -522,3 +522,21 @@ def assert_tidy(page, alone):
     assert page.script("return document.documentElement.scrollWidth <= innerWidth")
     canvas, stage = boxes(page, "canvas", "#stage")
     assert canvas == pytest.approx(stage, abs=1.0)
+
+
+def test_in_the_frame_of_a_notebook_it_walks_without_rights(driver, tmp_path, page):
+    shown = tmp_path / "cell.html"
+    shown.write_text(f"<!doctype html><body>{play(GAIT, inline=True)._repr_html_()}</body>")
+    page.problems()
+    driver.get(shown.as_uri())
+    driver.switch_to.frame(driver.find_element(By.TAG_NAME, "iframe"))
+    try:
+        driver.execute_async_script(
+            "const done = arguments[0], from = state.phase; setPlaying(true); (function wait() {"
+            "  if (state.phase > from + 0.05) done(); else requestAnimationFrame(wait) })()"
+        )
+        assert driver.execute_script("return document.querySelectorAll('canvas').length") == 1
+        assert driver.execute_script("return self.origin") == "null"
+        assert page.problems() == []
+    finally:
+        driver.switch_to.default_content()

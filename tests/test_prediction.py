@@ -16,7 +16,6 @@ from human_gait import prediction as room
 from human_gait.checks.check import Check
 from human_gait.exceptions import NoSolutionFound, ResultError, ScenarioError
 from human_gait.prediction import (
-    predict,
     predict_by_all_solvers,
     predict_to_folder,
     refine_to_folder,
@@ -32,6 +31,7 @@ from human_gait.solving.starts import OWN_GUESS, WARM
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
 from human_gait.walk.gait_cycle import load_gait_cycle
 from human_gait.walk.gait_file import load_gait, save_gait
+from human_gait.walks import predict
 
 RUNGS = ladder_room.own_starts
 TASK = scenario(control_points=6, load=BACKPACK)
@@ -177,6 +177,8 @@ def test_from_python_a_failure_is_an_exception_that_carries_the_gait():
     with pytest.raises(ValueError, match="newton"):
         predict(TASK, dynamics="newton")
     assert caught.value.gait.scenario == TASK
+    assert caught.value.gait.solution["success"] is False
+    assert "no walk" in repr(caught.value.gait)
     assert np.all(np.isfinite(caught.value.gait.control_points))
     report = caught.value.report
     broken = {one.name for one in report if isinstance(one, Violation)}

@@ -15,12 +15,18 @@ from human_gait.scenario import Load, Subject
 _PERSONS = 8  # that are kept: those of one study, or of a continuation in loads
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Body(Links):
     """One person and the load on the back; `Links` has the attributes.
 
     Text and model are made where they are first asked for, and once; neither is pickled.
     """
+
+    def __repr__(self) -> str:
+        person, load = self.subject, self.load
+        carried = f"load {load.mass:.4g} kg ({load.model})" if load.mass else "no load"
+        who = f"{person.sex}, {person.stature:g} m, {person.mass:g} kg"
+        return f"Body({who}; {carried}; {len(self.mass)} links)"
 
     @cached_property
     def urdf(self) -> str:

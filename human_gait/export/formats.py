@@ -147,6 +147,17 @@ def export_gait(
     return [folder / name for name in written]
 
 
+def export(
+    gait: Gait,
+    folder: str | Path,
+    formats: str | Collection[str] | None = None,
+    rate: float | None = None,
+) -> list[Path]:
+    """Write one stride of a gait to a folder, as `Gait.export` says."""
+    names = [formats] if isinstance(formats, str) else formats or tuple(FORMATS)
+    return export_gait(gait, Path(folder), names, rate)
+
+
 def _usual_rate(name: str) -> float:
     """Return the samples per second of a format where none are asked for, [Hz]."""
     return OPENSIM_RATE if name in _FOR_OPENSIM else RATE

@@ -3,13 +3,16 @@
 import csv
 import json
 import math
+import statistics
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from html import escape
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
+from rich.console import Console
 from rich.table import Table
 
 from human_gait.exceptions import ResultError
@@ -25,8 +28,12 @@ from human_gait.results.names import (
     SUMMARY,
 )
 from human_gait.results.reading import read_json
-from human_gait.walk.gait_cycle import label_and_unit, load_gait_cycle
+from human_gait.values import Value
+from human_gait.walk.gait import Gait
+from human_gait.walk.gait_cycle import gait_cycle, label_and_unit, load_gait_cycle
+from human_gait.walk.gait_file import load_gait
 
+_WIDTH = 120  # signs in a line of the table, where there is no terminal
 _COLUMNS = (
     "r",
     "RMSE",
@@ -42,9 +49,9 @@ _UNITS = (
 )
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """A gait cycle and its scores.
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Value):
+    """A gait cycle and its scores against measured people; ``print`` shows them as a table.
 
     Attributes
     ----------
@@ -61,6 +68,48 @@ class Comparison:
     references: tuple[Reference, ...]
     scores: tuple[Score, ...]
     step_scores: tuple[StepScore, ...]
+
+    def __str__(self) -> str:
+        console = Console(width=_WIDTH, color_system=None, force_terminal=False, file=StringIO())
+        with console.capture() as shown:
+            console.print(comparison_table(self))
+        return "\n".join(line.rstrip() for line in shown.get().splitlines())
+
+    def __repr__(self) -> str:
+        lines = [f"Comparison: {self.speed:.2f} m/s, steps of {self.step_length:.2f} m"]
+        for reference in self.references:
+            r = [score.r for score in self.scores if score.reference == reference.name]
+            known = [value for value in r if math.isfinite(value)]
+            median = f"median r {statistics.median(known):.2f}" if known else "no r"
+            lines.append(f"  {reference.label}: {len(r)} curves, {median}")
+        return "\n".join([*lines, "print() shows the table"])
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(str(self))}</pre>"
+
+
+def compare(result: Gait | str | Path) -> Comparison:
+    """Hold a walk against measured people of about its speed.
+
+    Parameters
+    ----------
+    result : Gait, str or Path
+        A gait, or the folder of a result, or its ``gait.npz``.
+
+    Returns
+    -------
+    Comparison
+        Scores of every curve that was measured; ``print`` shows them as a table.
+
+    Raises
+    ------
+    ResultError
+        If there is no gait that can be read, or it moves too little to be compared.
+    """
+    gait = result if isinstance(result, Gait) else load_gait(result)
+    source = gait.scenario.name if isinstance(result, Gait) else str(result)
+    walk = gait.scenario.walk
+    return _compared(gait_cycle(gait), walk.speed, walk.step_length, source)
 
 
 def compare_to_folder(folder: str | Path) -> Table:
@@ -87,12 +136,16 @@ def compare_folder(folder: str | Path) -> Comparison:
     folder = Path(folder)
     cycle = load_gait_cycle(folder / GAIT_CYCLE)
     speed, step_length = _speed_and_step_length(folder / SUMMARY)
+    return _compared(cycle, speed, step_length, str(folder / GAIT_CYCLE))
+
+
+def _compared(cycle: Cycle, speed: float, step_length: float, source: str) -> Comparison:
     measured = references_near(speed)
     try:
         found = tuple(score for reference in measured for score in scores(cycle, reference))
         steps = step_scores(cycle, speed, step_length)
     except ResultError as error:
-        raise ResultError(f"{folder / 'gait_cycle.csv'}: {error}") from None
+        raise ResultError(f"{source}: {error}") from None
     return Comparison(speed, step_length, cycle, measured, found, steps)
 
 

@@ -22,6 +22,7 @@ import numpy as np
 from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.exceptions import ResultError
+from human_gait.values import Value
 from human_gait.walk.gait_cycle import COLUMNS
 
 Cycle = Mapping[str, FloatArray]
@@ -36,8 +37,8 @@ _OWN_SIGN = {  # columns in the sign of their source, which is ours: see measure
 }
 
 
-@dataclass(frozen=True)
-class MeasuredCurve:
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredCurve(Value):
     """Mean and standard deviation of one quantity.
 
     Attributes
@@ -53,8 +54,8 @@ class MeasuredCurve:
     sd: FloatArray
 
 
-@dataclass(frozen=True)
-class Reference:
+@dataclass(frozen=True, eq=False, repr=False)
+class Reference(Value):
     """Measured curves from one source.
 
     Attributes
@@ -79,8 +80,8 @@ class Reference:
     curves: Mapping[str, MeasuredCurve]
 
 
-@dataclass(frozen=True)
-class Score:
+@dataclass(frozen=True, eq=False)
+class Score(Value):
     """How close a predicted curve comes to a measured one.
 
     Attributes

@@ -15,12 +15,13 @@ from scipy import stats
 from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.people.reference import Cycle, references, stance, stance_of
+from human_gait.values import Value
 
 _TRIALS = "measured/fukuchi2018_h2a_spatiotemporal_by_subject"
 
 
-@dataclass(frozen=True)
-class StepScore:
+@dataclass(frozen=True, eq=False)
+class StepScore(Value):
     """A quantity of the step against what people do.
 
     Attributes

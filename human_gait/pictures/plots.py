@@ -150,3 +150,17 @@ PLOTS: Mapping[str, Callable[[Gait], Figure]] = {
     "zmp": zmp,
 }
 """The pictures by the names of their files."""
+
+
+def plot(gait: Gait, name: str) -> Figure:
+    """Return a picture of a walk by its name.
+
+    Raises
+    ------
+    ValueError
+        If there is no such picture.
+    """
+    if name not in PLOTS:
+        raise ValueError(f"no picture is called {name!r}: choose from {', '.join(PLOTS)}")
+    with mpl.rc_context(STYLE):
+        return PLOTS[name](gait)

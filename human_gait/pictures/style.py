@@ -6,8 +6,10 @@ apart.
 
 from __future__ import annotations
 
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -35,9 +37,19 @@ STYLE: Any = {
 CYCLE_LABEL = "gait cycle from right heel strike [%]"
 
 
+class Picture(Figure):
+    """A figure that a notebook shows, without pyplot and whatever the settings of matplotlib."""
+
+    def _repr_png_(self) -> bytes:
+        png = BytesIO()
+        with mpl.rc_context(STYLE):
+            self.savefig(png, format="png", dpi=DPI)
+        return png.getvalue()
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure, [inch], that does not know pyplot."""
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Picture(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 

@@ -20,6 +20,7 @@ import numpy as np
 from markupsafe import Markup
 
 from human_gait.playback.drawn_body import torque_sizes
+from human_gait.playback.inline import InlinePage, in_notebook
 from human_gait.playback.scene import (
     COLOURS,
     FOOTHOLDS,
@@ -29,6 +30,7 @@ from human_gait.playback.scene import (
     stride_of,
 )
 from human_gait.playback.server import LOOPBACK, has_screen, page_server
+from human_gait.walk.gait_file import load_gait
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
@@ -39,43 +41,68 @@ TORQUE_COLOURS = ("#f4f2e8", "#b5dc9d", "#4fae86", "#17747a", "#12304f")
 
 
 def play(
-    gait: Gait,
+    gait: Gait | str | Path,
     strides: int | None = None,
     host: str = LOOPBACK,
-    second: Gait | None = None,
+    second: Gait | str | Path | None = None,
     overlay: bool = False,
-) -> None:
-    """Show a walk in MeshCat: print its address on this computer, open a browser if there is one.
+    inline: bool | None = None,
+) -> InlinePage | None:
+    """Show a walk in MeshCat: in a notebook below the cell, else in the browser.
+
+    For the browser it prints an address on this computer and opens it if there is a screen.
 
     Parameters
     ----------
-    gait : Gait
+    gait : Gait, str or Path
+        A gait, or the folder of a result, or its ``gait.npz``.
     strides : int, optional
-        Stop and return after so many strides; otherwise walk until Ctrl-C.
+        Stop after so many strides; otherwise walk endlessly, in the browser until Ctrl-C.
     host : str
-        Address to listen on; by default this computer alone can connect.
-    second : Gait, optional
+        Address to listen on for the browser; by default this computer alone can connect.
+    second : Gait, str or Path, optional
         Another walk to show beside it, at the same phase of the stride.
     overlay : bool
         Show the second one translucent in the same place.
+    inline : bool, optional
+        Whether to return the page for a notebook to show; by default in the kernel of one.
+
+    Returns
+    -------
+    InlinePage or None
+        For a notebook what shows the walk as the value of a cell, at once; else, when the walk in
+        the browser has ended, None.
 
     Raises
     ------
     ValueError
         If `strides` is less than 1.
     ResultError
-        If this computer has no such address.
+        If there is no gait that can be read, or this computer has no such address.
     """
     if strides is not None and strides < 1:
         raise ValueError(f"strides must be at least 1, not {strides}")
-    page = playback_page(gait, strides, second, overlay)
+    first, other = _gait(gait), None if second is None else _gait(second)
+    page = playback_page(first, strides, other, overlay)
+    if in_notebook() if inline is None else inline:
+        return InlinePage(page, " and ".join(_names([first, other] if other else [first])))
+    _serve(page, host, 2 * first.step_time * strides if strides else None)
+    return None
+
+
+def _gait(result: Gait | str | Path) -> Gait:
+    return load_gait(result) if isinstance(result, str | Path) else result
+
+
+def _serve(page: str, host: str, seconds: float | None) -> None:
+    """Serve a page to the browser for so long, else until Ctrl-C."""
     with page_server(page, host) as server, contextlib.suppress(KeyboardInterrupt):
         url = f"http://{host}:{server.server_port}/"
         print(f"MeshCat at {url}, Ctrl-C to stop", flush=True)  # noqa: T201, for who plays
         if has_screen():
             webbrowser.open(url)
-        if strides is not None:
-            bell = threading.Timer(2 * gait.step_time * strides, server.shutdown)
+        if seconds is not None:
+            bell = threading.Timer(seconds, server.shutdown)
             bell.daemon = True
             bell.start()
         server.serve_forever()

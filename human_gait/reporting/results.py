@@ -109,7 +109,7 @@ def _result(label: str, folder: Path, gait: Gait) -> Result:
         gait,
         load_gait_cycle(folder / GAIT_CYCLE),
         outcome,
-        read_json(folder / EXPLANATION, _bounds),
+        read_bounds(folder),
         _comparison(folder, outcome),
     )
 
@@ -122,6 +122,17 @@ def _comparison(folder: Path, outcome: Outcome) -> Comparison | None:
         if outcome.success:
             raise
         return None
+
+
+def read_bounds(folder: Path) -> tuple[Bound, ...]:
+    """Return the bounds that shape the walk of a result, that which costs most first.
+
+    Raises
+    ------
+    ResultError
+        If ``explanation.json`` is missing or damaged.
+    """
+    return read_json(folder / EXPLANATION, _bounds)
 
 
 def _bounds(found: Any) -> tuple[Bound, ...]:

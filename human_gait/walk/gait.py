@@ -13,10 +13,12 @@ import numpy.typing as npt
 from human_gait.arrays import FloatArray, IntArray
 from human_gait.body.person import Body
 from human_gait.scenario import Scenario
+from human_gait.values import Value
 from human_gait.walk.bspline import Basis
 from human_gait.walk.contact_plan import ContactPlan
 from human_gait.walk.cycle import Cycle, step_cycle
 from human_gait.walk.instant import Instants, Walker
+from human_gait.walk.uses import Uses
 
 REFINEMENT = 10
 """How much finer the grid of the samples in a file is than the constrained one."""
@@ -24,8 +26,8 @@ REFINEMENT = 10
 _CHUNK = 500  # instants at once: partials take 0.3 MB each
 
 
-@dataclass(frozen=True)
-class Samples:
+@dataclass(frozen=True, eq=False, repr=False)
+class Samples(Value):
     """A gait at K instants, as plain arrays.
 
     Attributes
@@ -63,9 +65,11 @@ class Samples:
     points: FloatArray
 
 
-@dataclass(frozen=True)
-class Gait:
+@dataclass(frozen=True, eq=False, repr=False)
+class Gait(Uses, Value):
     """The motion of one step, and by mirror symmetry of the whole walk (Eq. 26).
+
+    Two are equal if they are the same motion asked for by the same scenario, however found.
 
     Attributes
     ----------
@@ -76,12 +80,15 @@ class Gait:
         P_j of Eq. (28).
     solution : mapping
         How it was found: solver, status, cost, wall time, ...
+    multipliers : mapping of str to (n,) array, [N^2 m^2 s] per unit of the bound
+        What each bound costs, by name of its constraint: a solve that starts from here needs them.
     """
 
     scenario: Scenario
     breaks: FloatArray
     control_points: FloatArray
-    solution: Mapping[str, Any] = field(default_factory=dict)
+    solution: Mapping[str, Any] = field(default_factory=dict, compare=False)
+    multipliers: Mapping[str, FloatArray] = field(default_factory=dict, compare=False)
 
     @property
     def step_time(self) -> float:
@@ -149,6 +156,14 @@ class Gait:
     def tau(self, t: npt.ArrayLike) -> FloatArray:
         """Return the joint torques (55,) or (K, 55) at times t >= 0, [N m]; 0 for global DOF."""
         torques = self.instants(np.atleast_1d(t)).tau
+        return torques if np.ndim(t) else torques[0]
+
+    def muscle_torque(self, t: npt.ArrayLike) -> FloatArray:
+        """Return what muscles give of `tau`, (55,) or (K, 55) at times t >= 0, [N m].
+
+        The rest is given by passive tissues.
+        """
+        torques = self.instants(np.atleast_1d(t)).active
         return torques if np.ndim(t) else torques[0]
 
     def instants(self, t: npt.ArrayLike) -> Samples:

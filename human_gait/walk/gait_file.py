@@ -59,7 +59,7 @@ _UNREADABLE = (  # what numpy, zipfile, zlib and json raise at a damaged file
 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Record(Value):
     """A gait and what its file claims about it, nothing of which has to be true.
 
@@ -115,7 +115,7 @@ def save_gait(gait: Gait, folder: Path) -> None:
 
 
 def load_gait(folder: str | Path) -> Gait:
-    """Read the gait of a result folder.
+    """Read the gait of a result folder, or of its ``gait.npz``.
 
     Raises
     ------
@@ -126,15 +126,21 @@ def load_gait(folder: str | Path) -> Gait:
 
 
 def load_record(folder: str | Path) -> Record:
-    """Read the gait of a result folder and what its file claims about it.
+    """Read the gait of a result folder, or of its ``gait.npz``, and what the file claims about it.
 
     Raises
     ------
     ResultError
         As for `load_gait`. Numbers that are merely wrong are left to `verification`.
     """
-    with opened(Path(folder) / GAIT_FILE, "a gait") as file:
+    with opened(folder_of(folder) / GAIT_FILE, "a gait") as file:
         return _restored(file)
+
+
+def folder_of(result: str | Path) -> Path:
+    """Return the folder of a result that is given by its folder or by the ``gait.npz`` in it."""
+    path = Path(result)
+    return path.parent if path.name == GAIT_FILE and not path.is_dir() else path
 
 
 @contextmanager

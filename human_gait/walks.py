@@ -1,0 +1,200 @@
+"""Walks from Python: predict one, read one, keep it as a whole result.
+
+The command line goes by `prediction`, which writes a folder and tells how it goes; here a `Gait` is
+what goes in and comes out.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+from human_gait import console
+from human_gait.checks.table import Checks, verify
+from human_gait.exceptions import NoSolutionFound
+from human_gait.problem.constraints import LIMITS, SYMMETRY
+from human_gait.problem.program import GaitProgram, build_program
+from human_gait.results.folder import replaced_folder
+from human_gait.results.names import EXPLANATION, GAIT_CYCLE, SUMMARY, result_files
+from human_gait.results.reading import read_json
+from human_gait.scenario import Scenario, load_scenario
+from human_gait.solving.diagnosis import not_kept, suggestions
+from human_gait.solving.solver import SOLVERS, Iterate, Solution
+from human_gait.solving.starts import GIVEN, WARM, Attempt, Start, Tell, best, climb
+from human_gait.solving.summary import explanation_content, summary_content
+from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
+from human_gait.walk.gait import Gait
+from human_gait.walk.gait_cycle import save_gait_cycle
+from human_gait.walk.gait_file import folder_of, load_gait, load_record, save_gait
+
+Progress = bool | Callable[[Iterate], None]
+
+_TOLD = ("success", "start", "seed", "dynamics", "iterations", "evaluations")  # of a summary
+
+
+def predict(
+    scenario: Scenario | str | Path,
+    solver: str = "newton",
+    dynamics: str = "pinocchio",
+    seed: int = 0,
+    warm_from: Gait | str | Path | None = None,
+    progress: Progress = False,
+) -> Gait:
+    """Return the predicted gait of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario, str or Path
+        A scenario, or its TOML file, or the name of one that comes with the package, ``"normal"``.
+    solver : str
+        ``newton``, ``snopt`` or ``ipopt``.
+    dynamics : str
+        ``pinocchio``, or ``dh`` for the paper's own recursion: the same numbers, more slowly.
+    seed : int
+        Of the random starts that are tried where all others fail.
+    warm_from : Gait, str or Path, optional
+        A walk to start from, or the folder of its result: after a small change of the scenario it
+        takes half a second. If that leads nowhere the usual starts follow.
+    progress : bool or function
+        True shows on the terminal how the solver proceeds; a function is given every `Iterate`.
+
+    Returns
+    -------
+    Gait
+        It carries how it was found (`Gait.solution`) and what each bound costs
+        (`Gait.multipliers`), from which another prediction can start.
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario cannot be read or used.
+    ResultError
+        If there is no walk to start from.
+    NoSolutionFound
+        If the solver did not converge or a check fails; it carries the best gait so far and, as
+        its report, the constraints that are not kept, the checks that failed and what to try.
+    ValueError
+        If there is no such solver or dynamics.
+    """
+    if solver not in SOLVERS:
+        raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
+    task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    before = load(warm_from) if isinstance(warm_from, str | Path) else warm_from
+    program = build_program(task, dynamics=dynamics)
+    start = None if before is None else _warm_start(before, program)
+    with _telling(progress) as tell:
+        kept = best(climb(program, solver, start, seed, tell))
+    gait = _with_its_story(kept, seed)
+    if not kept.success:
+        raise _no_solution(kept, gait)
+    return gait
+
+
+def load(path: str | Path) -> Gait:
+    """Read the gait of a result.
+
+    Parameters
+    ----------
+    path : str or Path
+        The folder of a result, or its ``gait.npz``.
+
+    Returns
+    -------
+    Gait
+        With what the folder knows of how it was found.
+
+    Raises
+    ------
+    ResultError
+        If there is no gait that can be read, or a file beside it is damaged.
+    """
+    gait, folder = load_gait(path), folder_of(path)
+    solution = dict(gait.solution)
+    if (folder / SUMMARY).is_file():
+        solution |= read_json(folder / SUMMARY, lambda found: {key: found[key] for key in _TOLD})
+    return replace(gait, solution=solution, multipliers=load_multipliers(folder))
+
+
+def save(gait: Gait, folder: str | Path) -> Path:
+    """Write a gait as a result without pictures, as `Gait.save` says, and return the folder."""
+    with replaced_folder(Path(folder), result_files(SOLVERS), solved=False) as new:
+        save_gait(gait, new)
+        save_multipliers(gait.multipliers, new)
+        save_gait_cycle(gait, new / GAIT_CYCLE)
+        kept = replace(_attempt(gait), checks=verify(load_record(new)))
+        contents = {
+            SUMMARY: summary_content(kept, [kept], int(gait.solution.get("seed", 0))),
+            EXPLANATION: explanation_content(kept.program, kept.solution),
+        }
+        for name, content in contents.items():
+            (new / name).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    return Path(folder)
+
+
+def _warm_start(gait: Gait, program: GaitProgram) -> Start:
+    multipliers = fitting(gait.multipliers, program)
+    return Start(WARM, adapted(gait, program), multipliers, alone=False)
+
+
+@contextmanager
+def _telling(progress: Progress) -> Iterator[Callable[[str], Tell | None]]:
+    """Yield what is given the name of each start and returns who is told of its iterates."""
+    if progress is True:
+        with console.progress() as tell:
+            yield tell
+    else:
+        told = progress if callable(progress) else None
+        yield lambda _: told
+
+
+def _with_its_story(kept: Attempt, seed: int) -> Gait:
+    """Return the gait of an attempt with all that is known of how it was found."""
+    solution = kept.solution
+    story = {
+        "success": kept.success,
+        "start": kept.start,
+        "seed": seed,
+        "dynamics": kept.program.dynamics,
+        "iterations": solution.iterations,
+        "evaluations": solution.evaluations,
+    }
+    found = {**solution.gait.solution, **story}
+    return replace(solution.gait, solution=found, multipliers=solution.multipliers)
+
+
+def _no_solution(kept: Attempt, gait: Gait) -> NoSolutionFound:
+    solution, checks = kept.solution, Checks(kept.checks)
+    broken = not_kept(kept.program.scenario, solution.violations)
+    tries = suggestions(kept.program, solution, kept.checks)
+    message = f"{solution.solver} stopped: {solution.status}"
+    return NoSolutionFound(message, gait, [*broken, *checks.failed, *tries])
+
+
+def _attempt(gait: Gait) -> Attempt:
+    """Return the attempt that a gait came from, as far as it is known, without its checks."""
+    found = gait.solution
+    program = _program(gait)
+    solution = Solution(
+        gait=gait,
+        converged=bool(gait.multipliers),  # nothing else leaves any
+        interrupted=False,
+        solver=str(found.get("solver", "unknown")),
+        status=str(found.get("status", "unknown")),
+        iterations=int(found.get("iterations", 0)),
+        evaluations=int(found.get("evaluations", 0)),
+        cost=program.cost(gait.free)[0],
+        wall_time=float(found.get("wall_time_s", 0.0)),
+        violations=program.violations(gait.free),
+        multipliers=dict(gait.multipliers),
+    )
+    return Attempt(str(found.get("start", GIVEN)), program, solution, [])
+
+
+def _program(gait: Gait) -> GaitProgram:
+    """Return the problem that a gait solves, with friction where it was found with that."""
+    program = build_program(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
+    known = {SYMMETRY.name, LIMITS.name, *(constraint.name for constraint in program.constraints)}
+    return program if known >= gait.multipliers.keys() else program.with_friction()

@@ -1,0 +1,202 @@
+"""What Python offers for values: to copy, send, compare and show them, for every public one."""
+
+import copy
+import inspect
+import pickle
+from dataclasses import is_dataclass, replace
+from functools import cache
+
+import numpy as np
+import pytest
+from lxml import html
+from walking import guessed_gait
+
+import human_gait as hg
+
+MOST_BYTES = 50_000
+MOST_LINES, WIDTH = 15, 100
+HOLDERS = {"GaitProgram"}
+"""Classes that are no values: a problem holds what solvers have of it."""
+TO_COME = {"Iterate", "Solution"}
+
+
+@cache
+def values():
+    """A value of every public class."""
+    gait = guessed_gait(18.0)
+    checks, scenario = hg.verify(gait), gait.scenario
+    sections = {type(one).__name__: one for one in vars(scenario).values() if is_dataclass(one)}
+    return {
+        **sections,
+        "Body": gait.body,
+        "Check": checks[0],
+        "Checks": checks,
+        "Comparison": hg.compare(gait),
+        "DofRange": hg.DofRange("knee_flexion_r", 0.0, 90.0),
+        "Explanation": hg.explain(gait),
+        "Gait": gait,
+        "GaitError": hg.GaitError("it is so"),
+        "ModelError": hg.ModelError("it is so"),
+        "NoSolutionFound": hg.NoSolutionFound("no walk", gait, [checks[0]]),
+        "ResultError": hg.ResultError("it is so"),
+        "Samples": gait.instants(gait.times),
+        "Scenario": scenario,
+        "ScenarioError": hg.ScenarioError("walk.speed", "must be a number", value=-1, source="a"),
+    }
+
+
+CLASSES = [name for name in hg.__all__ if inspect.isclass(getattr(hg, name))]
+SHOWN = sorted(set(CLASSES) - HOLDERS - TO_COME)
+ERRORS = [name for name in SHOWN if issubclass(getattr(hg, name), Exception)]
+VALUES = [name for name in SHOWN if name not in ERRORS]
+WAYS = {
+    "copy": copy.copy,
+    "deepcopy": copy.deepcopy,
+    "pickle": lambda value: pickle.loads(pickle.dumps(value)),
+}
+
+
+def test_there_is_one_of_every_class():
+    assert sorted(values()) == SHOWN
+    for name, value in values().items():
+        assert type(value) is getattr(hg, name)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("name", VALUES)
+def test_a_copy_is_equal(name, way):
+    value = values()[name]
+    again = WAYS[way](value)
+    assert again == value
+    assert (again != value) is False
+    assert type(again) is type(value)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("name", ERRORS)
+def test_a_copy_of_an_error_says_and_carries_the_same(name, way):
+    error = values()[name]
+    again = WAYS[way](error)
+    assert (type(again), str(again)) == (type(error), str(error))
+    assert vars(again) == vars(error)
+
+
+@pytest.mark.parametrize("name", VALUES)
+def test_what_is_equal_has_one_hash_and_what_is_a_list_has_none(name):
+    value = values()[name]
+    if isinstance(value, list):
+        with pytest.raises(TypeError):
+            hash(value)
+    else:
+        assert len({value, copy.deepcopy(value)}) == 1
+
+
+@pytest.mark.parametrize("name", VALUES)
+def test_values_of_different_kinds_differ(name):
+    value = values()[name]
+    for other in (*values().values(), None, 0, "text"):
+        if other is not value:
+            assert (value == other) is False
+
+
+CHANGED = {
+    "Check": lambda check: replace(check, limit=check.limit + 1e-9),
+    "Checks": lambda checks: hg.Checks(checks[1:]),
+    "Comparison": lambda found: replace(found, speed=found.speed + 1e-9),
+    "Gait": lambda gait: replace(gait, control_points=gait.control_points + 1e-12),
+    "Samples": lambda now: replace(now, grf=now.grf + 1e-9),
+    "Scenario": lambda scenario: scenario.replace(friction=0.4),
+}
+
+
+@pytest.mark.parametrize("name", CHANGED)
+def test_a_small_change_makes_another_value(name):
+    value = values()[name]
+    assert CHANGED[name](value) != value
+
+
+def test_gaits_are_equal_however_they_were_found():
+    gait = values()["Gait"]
+    other = replace(gait, solution={"solver": "by hand"}, multipliers={"a": np.ones(3)})
+    assert other == gait
+    assert hash(other) == hash(gait)
+    assert replace(gait, scenario=gait.scenario.replace(friction=0.4)) != gait
+
+
+@pytest.mark.parametrize("name", VALUES)
+def test_caches_do_not_travel(name):
+    """A value that has been used pickles to what it did before."""
+    value = WAYS["pickle"](values()[name])
+    before = pickle.dumps(value)
+    for attribute in dir(value):
+        if not attribute.startswith("__"):
+            getattr(value, attribute)
+    if isinstance(value, hg.Gait):
+        value.tau(0.1)
+    assert len(pickle.dumps(value)) == len(before)
+
+
+def test_a_gait_is_small_when_it_is_sent():
+    gait = replace(guessed_gait(18.0))
+    gait.tau(0.1)
+    rows = {
+        "all": np.random.default_rng(0).normal(size=1500)
+    }  # as many as the package's walks have
+    assert len(pickle.dumps(replace(gait, multipliers=rows))) < MOST_BYTES
+
+
+def lines_on_a_terminal(text):
+    return sum(max(-(-len(line) // WIDTH), 1) for line in text.splitlines())
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_a_value_is_shown_in_few_lines(name):
+    value = values()[name]
+    text = repr(value)
+    assert 0 < lines_on_a_terminal(text) < MOST_LINES
+    assert " object at 0x" not in text
+    assert not text.startswith("<human_gait")
+
+
+def test_what_a_person_wants_to_know_of_a_gait():
+    story = {"solver": "newton", "status": "optimal", "cost": 12.5}
+    gait = replace(values()["Gait"], solution=story)
+    for fact in ("guessed walk", "1.2 m/s", "0.66 m", "male", "18 kg", "newton", "optimal", "12.5"):
+        assert fact in repr(gait)
+    assert "no walk" in repr(replace(gait, solution={"success": False}))
+
+
+@pytest.mark.parametrize("name", ["Checks", "Comparison", "Gait"])
+def test_a_notebook_shows_it_as_html(name):
+    shown = html.fromstring(values()[name]._repr_html_())
+    assert shown.xpath("//table | //pre")
+    assert shown.text_content().strip()
+
+
+def test_text_of_a_gait_is_never_read_as_html():
+    gait = replace(values()["Gait"], solution={"solver": "<script>alert(1)</script>", "cost": 1.0})
+    assert "<script" not in gait._repr_html_()
+    assert "<script" not in hg.Checks([hg.Check("<script>", "<b>", 1.0, 0.0, 0.0)])._repr_html_()
+
+
+def test_checks_by_name_and_place():
+    checks = values()["Checks"]
+    name = checks.names[3]
+    assert checks[name] is checks[3]
+    assert type(checks[:3]) is hg.Checks
+    assert len(checks.failed) == sum(not check.passed for check in checks) > 0
+    assert not checks.passed
+    assert not checks.failed.passed
+    assert all(check.name in str(checks) for check in checks)
+    with pytest.raises(KeyError, match="did you mean 'joint limits exceeded'"):
+        _ = checks["joint limit exceeded"]
+    with pytest.raises(IndexError):
+        _ = checks[999]
+
+
+def test_a_comparison_prints_its_scores():
+    found = values()["Comparison"]
+    text = str(found)
+    for score in found.scores:
+        assert (f"{score.r:.2f}" if np.isfinite(score.r) else "  -  ") in text
+    assert all(reference.label in text for reference in found.references)
