@@ -19,7 +19,8 @@ from typing import Any
 import casadi
 import numpy as np
 
-from human_gait.newton.nonlinear_program import Duals, End, FloatArray, IntArray, NonlinearProgram
+from human_gait.arrays import FloatArray, IntArray
+from human_gait.newton.nonlinear_program import Duals, End, NonlinearProgram
 
 Evaluate = Callable[[Sequence[FloatArray | None], Sequence[FloatArray | None]], None]
 
@@ -69,7 +70,7 @@ class _Oracle:
         self.error: BaseException | None = None
         n, m = len(problem.lower), len(problem.row_lower)
         jacobian, self._jacobian_place = _pattern(problem.jacobian_entries, (m, n))
-        hessian, self._hessian_place = _pattern(problem.hessian_entries, (n, n))
+        hessian, self._hessian_place = _pattern(np.triu_indices(n), (n, n))
         one, x, g = (casadi.Sparsity.dense(size, 1) for size in (1, n, m))
         at = [("x", x), ("p", casadi.Sparsity.dense(0, 0))]
         multipliers = [("lam_f", one), ("lam_g", g)]
@@ -103,7 +104,8 @@ class _Oracle:
     def _hessian(self, given: Sequence[Any], wanted: Sequence[Any]) -> None:
         x, _, factor, multipliers = given
         if wanted[0] is not None:
-            wanted[0][self._hessian_place] = self.problem.hessian(x, float(factor[0]), multipliers)
+            second = self.problem.hessian(x, float(factor[0]), multipliers)
+            wanted[0][self._hessian_place] = second[np.triu_indices(len(x))]
 
 
 class _Function(casadi.Callback):

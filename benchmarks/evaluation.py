@@ -40,9 +40,9 @@ from rich.table import Table
 
 from human_gait.body.person import make_body
 from human_gait.dynamics.inverse_dynamics import make_dynamics
-from human_gait.problem.lagrangian import Lagrangian
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.scenario import Scenario, load_scenario
+from human_gait.solving.mathematical_program import ProgramFunctions
 from human_gait.solving.solver import Solution, solve
 
 NORMAL = Path(__file__).parent.parent / "scenarios" / "normal.toml"
@@ -72,9 +72,9 @@ PARTS: dict[str, dict[str, tuple[str, ...]]] = {
         "human_gait.dynamics.tissues:PassiveJoints": ("torque",),
         "human_gait.walk.instant:Walker": ("at",),
     },
-    "objective": {"human_gait.problem.program": ("torque_squared", "lean_on_torques")},
+    "objective": {"human_gait.problem.functions:WalkFunctions": ("cost",)},
     "rows of the constraints": {
-        "human_gait.problem.program:GaitProgram": ("rows", "residual"),
+        "human_gait.problem.functions:WalkFunctions": ("rows", "residual"),
         "human_gait.problem.residual:Constraint": ("add_to_adjoint",),
     },
     "second derivatives on the tree": {
@@ -93,8 +93,8 @@ PARTS: dict[str, dict[str, tuple[str, ...]]] = {
         "human_gait.problem.transcription:Transcription": ("hessian",)
     },
     "putting the Lagrangian together": {
-        "human_gait.problem.program:GaitProgram": ("hessian",),
-        "human_gait.problem.lagrangian:Lagrangian": (
+        "human_gait.problem.functions:WalkFunctions": ("hessian",),
+        "human_gait.solving.mathematical_program:ProgramFunctions": (
             "cost",
             "gradient",
             "rows",
@@ -103,7 +103,7 @@ PARTS: dict[str, dict[str, tuple[str, ...]]] = {
         ),
     },
     "watch": {
-        "human_gait.solving.solver:_Watch": ("__call__",),
+        "human_gait.solving.watch:Watch": ("__call__",),
         "human_gait.problem.program:GaitProgram": ("violations",),
     },
 }
@@ -174,8 +174,7 @@ def patched(clock: Clock) -> Iterator[None]:
             for owner, names in owners.items():
                 for name in names:
                     put(resolve_name(owner), name, lambda f, part=part: clock.timed(part, f))
-        seam = resolve_name("human_gait.problem.program")
-        put(seam, "_seam", lambda make: lambda *given: clock.timed(SEAM, make(*given)))
+        put(resolve_name("human_gait.problem.drake"), "_seam", lambda f: clock.timed(SEAM, f))
         yield
     finally:
         for owner, name, before in reversed(kept):
@@ -207,7 +206,7 @@ class Evaluations:
 
     def __init__(self, scenario: Scenario) -> None:
         self.program: GaitProgram = build_program(scenario)
-        self._lagrangian = Lagrangian(self.program, self.program.torques)
+        self._functions = ProgramFunctions(self.program.torques.prog)
         self._random = np.random.default_rng(0)
         self._guess = self.program.guess()
         now = self.program.instants(self._guess)
@@ -216,7 +215,7 @@ class Evaluations:
         self._dynamics = make_dynamics(body, "pinocchio")
         self.model = body.pinocchio_model()
         self._data = self.model.createData()
-        rows = len(self._lagrangian.problem().row_lower)
+        rows = len(self._functions.problem().row_lower)
         self._multipliers = self._random.uniform(-1.0, 1.0, rows)
         self._bare = self._random.uniform(-NEAR, NEAR, (len(self.program.times), 3, self.model.nv))
 
@@ -259,7 +258,7 @@ class Evaluations:
 
     def _evaluation(self, x: Any) -> None:
         """Evaluate all first derivatives, as the solver wants them at every iterate."""
-        of = self._lagrangian
+        of = self._functions
         for function in (of.cost, of.gradient, of.rows, of.jacobian):
             function(x)
 
@@ -269,7 +268,7 @@ class Evaluations:
         return x
 
     def _hessian(self, x: Any) -> None:
-        self._lagrangian.hessian(x, 1.0, self._multipliers)
+        self._functions.hessian(x, 1.0, self._multipliers)
 
 
 # Bare Pinocchio in C++

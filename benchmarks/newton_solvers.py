@@ -24,8 +24,8 @@ from threadpoolctl import threadpool_limits
 
 from human_gait.newton import interior_point
 from human_gait.newton.nonlinear_program import NonlinearProgram
-from human_gait.problem.lagrangian import Lagrangian
 from human_gait.problem.program import build_program
+from human_gait.solving.mathematical_program import ProgramFunctions
 
 METHODS = {"ours": interior_point.minimise, "IPOPT": casadi_ipopt.minimise}
 FUNCTIONS = ("cost", "gradient", "rows", "jacobian", "hessian")
@@ -54,7 +54,7 @@ def one(scenario: str, control_points: int, method: str) -> tuple[float, int, fl
     """Return seconds, iterations, cost and seconds outside our functions of one solve."""
     cell = {"scenario": scenario, "control_points": control_points, "intervals": INTERVALS}
     program = build_program(task(cell))
-    timed = Timed(Lagrangian(program, program.torques).problem())
+    timed = Timed(ProgramFunctions(program.torques.prog).problem())
     began = time.perf_counter()
     end = METHODS[method](timed.problem, program.guess() / program.unit)
     seconds = time.perf_counter() - began

@@ -35,7 +35,7 @@ from human_gait.exceptions import ScenarioError
 from human_gait.problem.program import build_program
 from human_gait.scenario import Scenario
 from human_gait.solving.diagnosis import suggestions
-from human_gait.solving.solver import SOLVERS
+from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.starts import best, climb, disturbed
 from human_gait.walk.gait_file import save_gait
 

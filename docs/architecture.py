@@ -1,10 +1,10 @@
 """Draw the wings of the package and what imports what -> docs/images/wings.svg.
 
 The rows are the layers of the contract in pyproject.toml, the arrows come from the import
-statements (grimp, which import-linter uses, too), the words from the docstrings of the wings. An
-arrow that follows from others is left out. Layout: Sugiyama et al. (1981), with an arrow over
-several rows as a chain of points, one for each row; the order in a row by the mean of the
-neighbours, the places by least squares.
+statements (grimp, which import-linter uses, too; a type that is named is no dependency), the words
+from the docstrings of the wings. An arrow that follows from others is left out. Layout: Sugiyama et
+al. (1981), with an arrow over several rows as a chain of points, one for each row; the order in a
+row by the mean of the neighbours, the places by least squares.
 
     python docs/architecture.py
 """
@@ -39,7 +39,7 @@ def layers() -> list[list[str]]:
 
 def arrows() -> set[Arrow]:
     """Return every pair of wings of which the first imports something of the second."""
-    graph = grimp.build_graph("human_gait", cache_dir=None)
+    graph = grimp.build_graph("human_gait", exclude_type_checking_imports=True, cache_dir=None)
     pairs = (
         (importer.split(".")[1], imported.split(".")[1])
         for importer in graph.modules - {"human_gait"}

@@ -18,6 +18,7 @@ from human_gait.exceptions import (
     NoSolutionFound,
     ResultError,
     ScenarioError,
+    UnsupportedProgram,
 )
 from human_gait.scenario import (
     Discretisation,
@@ -52,17 +53,23 @@ __all__ = [
     "Limits",
     "Load",
     "ModelError",
+    "Motion",
+    "NewtonSolver",
     "NoSolutionFound",
     "Objective",
+    "PathConstraint",
     "Phases",
     "Posture",
     "ResultError",
+    "Rows",
+    "RunningCost",
     "Samples",
     "Scenario",
     "ScenarioError",
     "Solution",
     "Subject",
     "Tolerances",
+    "UnsupportedProgram",
     "Walk",
     "bspline_trajectory",
     "build_program",
@@ -72,6 +79,7 @@ __all__ = [
     "load",
     "load_scenario",
     "make_body",
+    "offer_hessian",
     "pinocchio_model",
     "play",
     "predict",
@@ -88,9 +96,13 @@ if TYPE_CHECKING:
     from human_gait.checks.table import Checks, verify
     from human_gait.people.comparison import Comparison, compare
     from human_gait.playback.page import play
-    from human_gait.problem.program import GaitProgram, bspline_trajectory, build_program
+    from human_gait.problem.drake import bspline_trajectory, offer_hessian
+    from human_gait.problem.own import Motion, PathConstraint, Rows, RunningCost
+    from human_gait.problem.program import GaitProgram, build_program
     from human_gait.reporting.calls import Explanation, explain, report
-    from human_gait.solving.solver import Iterate, Solution, solve
+    from human_gait.solving.newton_solver import NewtonSolver
+    from human_gait.solving.solver import Solution, solve
+    from human_gait.solving.watch import Iterate
     from human_gait.walk.gait import Gait, Samples
     from human_gait.walks import load, predict
 
@@ -105,16 +117,22 @@ else:
         "Explanation": "reporting.calls",
         "Gait": "walk.gait",
         "GaitProgram": "problem.program",
-        "Iterate": "solving.solver",
+        "Iterate": "solving.watch",
+        "Motion": "problem.own",
+        "NewtonSolver": "solving.newton_solver",
+        "PathConstraint": "problem.own",
+        "Rows": "problem.own",
+        "RunningCost": "problem.own",
         "Samples": "walk.gait",
         "Solution": "solving.solver",
-        "bspline_trajectory": "problem.program",
+        "bspline_trajectory": "problem.drake",
         "build_program": "problem.program",
         "compare": "people.comparison",
         "drake_plant": "checks.models",
         "explain": "reporting.calls",
         "load": "walks",
         "make_body": "body.person",
+        "offer_hessian": "problem.drake",
         "pinocchio_model": "checks.models",
         "play": "playback.page",
         "predict": "walks",

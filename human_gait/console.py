@@ -16,9 +16,9 @@ from human_gait.checks.check import Check
 from human_gait.problem.program import GaitProgram
 from human_gait.results.explanation import diagnosis_text
 from human_gait.scenario import Scenario
-from human_gait.solving.solver import Iterate
 from human_gait.solving.starts import GIVEN, OWN_GUESS, WARM, Attempt
 from human_gait.solving.summary import diagnosis_content
+from human_gait.solving.watch import Iterate
 
 Tell = Callable[[str], Callable[[Iterate], None]]
 """Takes the name of a start and returns what shows the iterates of its solve."""

@@ -79,6 +79,10 @@ class ResultError(GaitError):
     """A result folder that is missing, incomplete or unreadable."""
 
 
+class UnsupportedProgram(GaitError):
+    """A MathematicalProgram with something in it that the chosen solver cannot honour."""
+
+
 class NoSolutionFound(GaitError):
     """The solver stopped without a walk that is optimal and passes every check.
 

@@ -21,7 +21,8 @@ from human_gait.results.names import (
     result_files,
 )
 from human_gait.scenario import Scenario
-from human_gait.solving.solver import SOLVERS, posture
+from human_gait.solving.drake_solvers import SOLVERS
+from human_gait.solving.solver import posture
 from human_gait.solving.starts import GIVEN, OWN_GUESS, WARM, Attempt, Start, best, climb
 from human_gait.solving.summary import checks_content, explanation_content, summary_content
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers

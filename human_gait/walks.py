@@ -7,7 +7,7 @@ what goes in and comes out.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -16,16 +16,19 @@ from human_gait import console
 from human_gait.checks.table import Checks, verify
 from human_gait.exceptions import NoSolutionFound
 from human_gait.problem.constraints import LIMITS, SYMMETRY
+from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.results.folder import replaced_folder
 from human_gait.results.names import EXPLANATION, GAIT_CYCLE, SUMMARY, result_files
 from human_gait.results.reading import read_json
 from human_gait.scenario import Scenario, load_scenario
 from human_gait.solving.diagnosis import not_kept, suggestions
-from human_gait.solving.solver import SOLVERS, Iterate, Solution
+from human_gait.solving.drake_solvers import SOLVERS
+from human_gait.solving.solver import Solution
 from human_gait.solving.starts import GIVEN, WARM, Attempt, Start, Tell, best, climb
 from human_gait.solving.summary import explanation_content, summary_content
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
+from human_gait.solving.watch import Iterate
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import save_gait_cycle
 from human_gait.walk.gait_file import folder_of, load_gait, load_record, save_gait
@@ -35,13 +38,16 @@ Progress = bool | Callable[[Iterate], None]
 _TOLD = ("success", "start", "seed", "dynamics", "iterations", "evaluations")  # of a summary
 
 
-def predict(
+def predict(  # noqa: PLR0913, options that are given by name
     scenario: Scenario | str | Path,
     solver: str = "newton",
     dynamics: str = "pinocchio",
     seed: int = 0,
+    *,
     warm_from: Gait | str | Path | None = None,
     progress: Progress = False,
+    costs: Sequence[RunningCost] = (),
+    constraints: Sequence[PathConstraint] = (),
 ) -> Gait:
     """Return the predicted gait of a scenario.
 
@@ -60,6 +66,10 @@ def predict(
         takes half a second. If that leads nowhere the usual starts follow.
     progress : bool or function
         True shows on the terminal how the solver proceeds; a function is given every `Iterate`.
+    costs : sequence of RunningCost
+        Of one's own, added to the objective.
+    constraints : sequence of PathConstraint
+        Of one's own.
 
     Returns
     -------
@@ -83,7 +93,7 @@ def predict(
         raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
     task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     before = load(warm_from) if isinstance(warm_from, str | Path) else warm_from
-    program = build_program(task, dynamics=dynamics)
+    program = build_program(task, None, dynamics, costs, constraints)
     start = None if before is None else _warm_start(before, program)
     with _telling(progress) as tell:
         kept = best(climb(program, solver, start, seed, tell))

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 from pydrake.solvers import MathematicalProgram
 
-from human_gait.newton.interior_point import Goal, minimise
 from human_gait.newton.nonlinear_program import NonlinearProgram
-from human_gait.solving import solver as room
+from human_gait.solving.drake_solvers import solve_program, status_of
 
 
 def numbers(*values):
@@ -31,10 +30,12 @@ def valley(**changes):
         lambda x: [x[0] ** 2 + x[1] ** 2],
         (np.array([0, 0]), np.array([0, 1])),
         lambda x: 2.0 * x,
-        (np.array([0, 0, 1]), np.array([0, 1, 1])),
         lambda x, factor, by_row: (
-            factor * numbers(1200.0 * x[0] ** 2 - 400.0 * x[1] + 2.0, -400.0 * x[0], 200.0)
-            + by_row[0] * numbers(2.0, 0.0, 2.0)
+            factor
+            * np.array(
+                [[1200.0 * x[0] ** 2 - 400.0 * x[1] + 2.0, -400.0 * x[0]], [-400.0 * x[0], 200.0]]
+            )
+            + by_row[0] * 2.0 * np.eye(2)
         ),
     )
     return replace(problem, **changes)
@@ -55,8 +56,7 @@ def cube():
         lambda x: [x[0] ** 3],
         (np.array([0]), np.array([0])),
         lambda x: 3.0 * x**2,
-        (np.array([0]), np.array([0])),
-        lambda x, _, by_row: 6.0 * by_row * x,
+        lambda x, _, by_row: np.diag(6.0 * by_row * x),
     )
 
 
@@ -72,15 +72,14 @@ def corner():
         lambda x: [x[0] + x[1]],
         (np.array([0, 0]), np.array([0, 1])),
         lambda _: numbers(1.0, 1.0),
-        (np.array([0, 1]), np.array([0, 1])),
-        lambda _, factor, __: factor * numbers(2.0, 2.0),
+        lambda _, factor, __: factor * 2.0 * np.eye(2),
     )
 
 
 def quadratic(H, g, A, lower, upper, row_lower, row_upper):
     """x' H x / 2 + g' x with linear rows."""
     n, m = len(g), len(A)
-    at, upper_triangle = np.indices((m, n)), np.triu_indices(n)
+    at = np.indices((m, n))
     return NonlinearProgram(
         lower,
         upper,
@@ -91,8 +90,7 @@ def quadratic(H, g, A, lower, upper, row_lower, row_upper):
         lambda x: A @ x,
         (at[0].ravel(), at[1].ravel()),
         lambda _: A.ravel(),
-        upper_triangle,
-        lambda _, factor, __: factor * H[upper_triangle],
+        lambda _, factor, __: factor * H,
     )
 
 
@@ -130,8 +128,5 @@ def in_drake(problem):
 
 def run(problem, solver, start, changes):
     """Where a solver ends with our options and changes of them: x, solved, status."""
-    if solver == "newton":
-        end = minimise(problem, start, Goal(**{**room._OPTIONS["newton"], **changes}))
-        return end.x, end.solved, end.status
-    end = room._by_drake(in_drake(problem), solver, start, changes)
-    return end.free, end.solved, end.status
+    result = solve_program(in_drake(problem), solver, start, changes)
+    return result.get_x_val(), result.is_success(), status_of(result)[0]

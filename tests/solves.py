@@ -12,7 +12,7 @@ from sharing import FOLDER
 
 from human_gait.prediction import predict_to_folder
 from human_gait.scenario import load_scenario
-from human_gait.solving.solver import SOLVERS
+from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.walk.gait_cycle import load_gait_cycle
 from human_gait.walk.gait_file import load_gait
 

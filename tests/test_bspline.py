@@ -4,7 +4,7 @@ from scipy.interpolate import BSpline
 from walks import scenario
 
 from human_gait.body.skeleton import N_DOF, index, mirror
-from human_gait.problem.program import bspline_trajectory
+from human_gait.problem.drake import bspline_trajectory
 from human_gait.scenario import Walk
 from human_gait.walk import bspline
 from human_gait.walk.bspline import Basis

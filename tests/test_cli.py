@@ -365,7 +365,7 @@ def test_help_imports_no_solver_viewer_or_plotter():
 def test_the_choices_are_those_of_the_rooms():
     """They are written down again because importing the rooms takes seconds."""
     from human_gait.dynamics.inverse_dynamics import ENGINES
-    from human_gait.solving.solver import SOLVERS
+    from human_gait.solving.drake_solvers import SOLVERS
 
     assert tuple(cli.DynamicsName) == ENGINES
     assert tuple(cli.SolverName) == SOLVERS

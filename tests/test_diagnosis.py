@@ -17,14 +17,15 @@ from human_gait.problem.balance_rows import GROUND_PUSHES
 from human_gait.problem.constraints import LIMITS, SYMMETRY
 from human_gait.problem.contact_rows import CONTACT_POSITION, GROUND_PENETRATION, SOFT_IMPACT
 from human_gait.problem.posture_rows import ARM_LEG_COUPLING, PELVIC_VELOCITY
-from human_gait.problem.program import COST_SCALE, Stage, build_program
+from human_gait.problem.program import COST_SCALE, build_program
 from human_gait.problem.residual import Demand
 from human_gait.problem.violation import Violation
 from human_gait.results.explanation import explained
 from human_gait.solving import solver as solver_room
 from human_gait.solving.diagnosis import amount, not_kept, suggestions, violation_text
+from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.shadow_prices import NEGLIGIBLE, STEPS, influences, limit_row
-from human_gait.solving.solver import SOLVERS, Solution, solve
+from human_gait.solving.solver import Solution, solve
 from human_gait.walk.gait_cycle import save_gait_cycle
 from human_gait.walk.gait_file import save_gait
 
@@ -330,18 +331,19 @@ def test_multipliers_are_what_holds_the_cost_back(program, solver):
     A quadratic cost under the linear rows, some products and the bounds is quick to minimise.
     """
     easy = [c for c in program.constraints if c.linear or c.demand == CURVED[solver]]
-    prog, variables = program._program(easy)
+    stage = program.stage(easy)
     guess, unit = program.guess(), program.unit
     apart = np.tile(program.limits[1], program.basis.n_free) - guess > 0.1  # pull some joints up
     target = (guess + 0.5 * apart) / unit
-    prog.AddQuadraticCost(2.0 * np.diag(unit**2), -2.0 * unit**2 * target, variables)
-    end = solver_room._run(program, Stage(prog, easy, 0.0), solver, guess, EXACT[solver])
+    Q, b = 2.0 * np.diag(unit**2), -2.0 * unit**2 * target
+    stage.prog.AddQuadraticCost(Q, b, stage.variables)
+    end = solver_room.run_stage(program, stage, solver, guess, EXACT[solver])
     assert end.solved
     at = end.free
     slope = 2.0 * (at - target * unit) / COST_SCALE
     found = program.multipliers(end.duals, at)
     held = found[LIMITS.name].copy()
-    matrix = program._symmetry[0]
+    matrix = program.symmetry[0]
     if len(matrix):
         held += matrix.T @ found[SYMMETRY.name]
     for constraint in easy:

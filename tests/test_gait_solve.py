@@ -12,11 +12,10 @@ from human_gait.body.limits import joint_limits
 from human_gait.body.skeleton import index
 from human_gait.checks.verification import verify
 from human_gait.people.reference import references_near, scores
-from human_gait.problem.lagrangian import Lagrangian
 from human_gait.problem.program import build_program
 from human_gait.scenario import load_scenario
-from human_gait.solving import solver as solver_room
-from human_gait.solving.solver import solve
+from human_gait.solving.mathematical_program import ProgramFunctions
+from human_gait.solving.solver import run_stage, solve
 from human_gait.walk.gait_file import load_record, make_record
 
 pytestmark = pytest.mark.solve
@@ -207,11 +206,11 @@ def test_newton_ends_at_an_optimum(control_points):
     task = load_scenario(SCENARIOS / "normal.toml")
     grid = replace(task.discretisation, control_points=control_points)
     program = build_program(replace(task, discretisation=grid))
-    lagrangian = Lagrangian(program, program.torques)
-    problem = lagrangian.problem()
-    end = solver_room._run(program, program.torques, "newton", program.guess(), {})
+    functions = ProgramFunctions(program.torques.prog)
+    problem = functions.problem()
+    end = run_stage(program, program.torques, "newton", program.guess())
     assert end.solved
-    x, duals = end.free / program.unit, lagrangian.from_names(dict(end.duals))
+    x, duals = end.free / program.unit, functions.duals_from_names(end.duals)
     slope = problem.gradient(x) + duals.variables
     rows, columns = problem.jacobian_entries
     np.add.at(slope, columns, duals.rows[rows] * problem.jacobian(x))

@@ -121,12 +121,9 @@ def test_entries_of_the_jacobian_that_occur_twice_are_added(share):
 
 
 def test_the_order_of_entries_does_not_matter():
-    rows, columns = valley().hessian_entries
     turned = valley(
         jacobian_entries=(np.array([0, 0]), np.array([1, 0])),
         jacobian=lambda x: 2.0 * x[::-1],
-        hessian_entries=(rows[::-1], columns[::-1]),
-        hessian=lambda *given: valley().hessian(*given)[::-1],
     )
     ends = [minimise(problem, VALLEY_START, TIGHT) for problem in (valley(), turned)]
     np.testing.assert_allclose(ends[1].x, ends[0].x, atol=1e-12)
@@ -194,8 +191,7 @@ def test_a_problem_without_rows_is_solved():
         lambda _: np.zeros(0),
         (nothing, nothing),
         lambda _: np.zeros(0),
-        (np.array([0]), np.array([0])),
-        lambda _, factor, __: numbers(2.0 * factor),
+        lambda _, factor, __: np.array([[2.0 * factor]]),
     )
     end = minimise(problem, numbers(0.9), TIGHT)
     assert end.solved
@@ -317,10 +313,8 @@ def test_rows_with_the_same_columns_or_some_of_them_share_a_block():
 
 
 def dense_hessian(problem, state):
-    """Second derivatives of the Lagrangian of a state, both triangles."""
-    H = np.zeros((10, 10))
-    H[problem.hessian_entries] = problem.hessian(state.point.x, 1.0, state.y)
-    return H + np.triu(H, 1).T
+    """Second derivatives of the Lagrangian of a state."""
+    return problem.hessian(state.point.x, 1.0, state.y)
 
 
 def undamped_step(method, state, barrier):

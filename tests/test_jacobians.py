@@ -168,7 +168,9 @@ def test_second_derivatives(problem, name):
         leans = [m @ program.residual(c, free)[1] for c, m in parts if c.name in on]
         return cost_factor * program.cost(free)[1] + sum(leans)
 
-    second = program.hessian(problem.free, cost_factor, zip(curved, multipliers, strict=True))
+    terms = [(term, cost_factor) for term in program.terms]
+    rows = zip(curved, multipliers, strict=True)
+    second = program.functions.hessian(problem.free, terms, rows)
     np.testing.assert_allclose(second, second.T, atol=1e-13 * np.abs(second).max())
     along = rng.normal(size=(len(problem.free), 3))
     slopes = central_difference(gradient, problem.free, along)
@@ -186,7 +188,7 @@ def test_no_variable_is_much_stiffer_than_another(problem):
 def entries(problem, constraint):
     """True where the Jacobian of a constraint can differ from zero."""
     found = np.zeros((len(constraint.lower), len(problem.free)), dtype=bool)
-    found[problem.program.transcription.entries(constraint)] = True
+    found[problem.program.functions.transcription.entries(constraint)] = True
     return found
 
 

@@ -7,8 +7,8 @@ from walks import scenario
 
 from benchmarks import casadi_ipopt
 from human_gait.newton import interior_point
-from human_gait.problem.lagrangian import Lagrangian
 from human_gait.problem.program import build_program
+from human_gait.solving.mathematical_program import ProgramFunctions
 
 
 def ends(problem, start):
@@ -51,7 +51,7 @@ def test_what_a_function_raises_is_raised_again_by_the_other_too(error):
 def test_both_find_the_same_walk():
     """The legs and the pelvis in any case: spines that hardly cost anything differ more."""
     program = build_program(scenario(1.2, 0.66))
-    problem = Lagrangian(program, program.torques).problem()
+    problem = ProgramFunctions(program.torques.prog).problem()
     ours, theirs = ends(problem, program.guess() / program.unit)
     costs = [problem.cost(end.x) for end in (ours, theirs)]
     assert costs[0] == pytest.approx(costs[1], rel=1e-3)

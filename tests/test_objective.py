@@ -4,7 +4,7 @@ from walks import near_walk, scenario
 
 from human_gait.body.skeleton import MIRROR_INDEX, index
 from human_gait.dynamics.tissues import PassiveJoints
-from human_gait.problem.objective import torque_squared, torque_weights
+from human_gait.problem.objective import squared_torque, torque_weights
 from human_gait.problem.program import build_program
 from human_gait.walk.instant import Walker
 
@@ -21,14 +21,14 @@ def still(**objective):
 def test_it_is_the_integral_of_the_squared_torques():
     """Eq. (18): the same torques for two seconds."""
     now = still(**PLAIN)
-    value, _ = torque_squared(now, np.array([0.5, 1.0, 0.5]), np.ones(55))
+    value, _ = squared_torque(np.ones(55)).evaluate(now, np.array([0.5, 1.0, 0.5]))
     assert value == pytest.approx(2.0 * np.sum(now.torque.value[0] ** 2), rel=1e-12)
 
 
 def test_partials_are_those_of_a_square():
     now = still()
     weights = np.random.default_rng(0).uniform(0, 2, 55)
-    _, partials = torque_squared(now, np.full(3, 0.2), weights)
+    _, partials = squared_torque(weights).evaluate(now, np.full(3, 0.2))
     tau = now.muscle_torque
     expected = 0.2 * np.einsum("i,ki,kis->ks", 2 * weights, tau.value, tau.partials)
     np.testing.assert_allclose(partials, expected, rtol=1e-12, atol=1e-12)

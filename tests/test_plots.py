@@ -10,6 +10,7 @@ from human_gait.body.skeleton import GRAVITY
 from human_gait.pictures import plots
 from human_gait.pictures.plots import PLOTS, half_a_cycle_later, save_plots
 from human_gait.pictures.sticks import project, stick_figures
+from human_gait.results import names
 from human_gait.walk.gait_cycle import gait_cycle
 
 GAIT = guessed_gait()
@@ -28,8 +29,9 @@ def curves(ax):
 
 def test_every_picture_is_written_large_and_not_empty(tmp_path):
     save_plots(GAIT, tmp_path / "new")
-    for name in ("stick_diagram", "joint_torques", "joint_angles", "ground_reaction", "zmp"):
-        with Image.open(tmp_path / "new" / f"{name}.png") as picture:
+    assert {path.name for path in (tmp_path / "new").iterdir()} == set(names.PLOTS)
+    for name in names.PLOTS:
+        with Image.open(tmp_path / "new" / name) as picture:
             assert picture.width >= 1200
             assert len(picture.convert("L").getcolors()) > 10
 

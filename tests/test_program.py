@@ -35,7 +35,7 @@ def assert_same(found, expected, tolerance=TOLERANCE):
 
 def test_the_program_knows_its_dynamics(pair):
     assert [program.dynamics for program in pair.programs] == ["pinocchio", "dh"]
-    engines = [type(program._walker._dynamics).__name__ for program in pair.programs]
+    engines = [type(program.functions.walker._dynamics).__name__ for program in pair.programs]
     assert engines == ["PinocchioDynamics", "RecursiveDynamics"]
 
 
@@ -68,11 +68,11 @@ def test_a_stage_is_built_from_nothing_that_was_evaluated_before(pair):
     """Building observes nothing, and is the same however often and wherever the program was."""
     for program in pair.programs:
         told = []
-        program.watched_by(told.append)
+        program.functions.watched_by(told.append)
         stages = [program.posture(program.guess(), 1.0, 0.1) for _ in range(2)]
-        assert (told, program.evaluations) == ([], 0)
+        assert (told, program.functions.evaluations) == ([], 0)
         program.cost(pair.free)
-        program.observe = None
+        program.functions.observe = None
         stages += [program.posture(program.guess(), 1.0, 0.1) for _ in range(8)]
         first, *others = (linear_rows(stage) for stage in stages)
         assert len(first) == 3 * 2
@@ -109,7 +109,7 @@ def test_an_unknown_dynamics_is_refused():
 def test_rows_of_symmetry_hold_for_a_symmetric_clamped_spline(periodicity, n_rows):
     """Eq. (26): the last posture is the mirrored first one a step further on, and so its rate."""
     program = build_program(scenario(control_points=6, periodicity=periodicity))
-    matrix, ends = program._symmetry
+    matrix, ends = program.symmetry
     assert matrix.shape == (n_rows, len(program.unit))
     assert len(ends) == n_rows
     if n_rows:

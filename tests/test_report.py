@@ -33,6 +33,7 @@ from human_gait.reporting import panels
 from human_gait.reporting.figures import GROUPS, RESULTS, VARIABLES, curve_panel, styled, svg
 from human_gait.reporting.page import report_page, report_to_file
 from human_gait.scenario import Scenario
+from human_gait.solving.starts import GIVEN, WARM
 from human_gait.walk.gait_cycle import COLUMNS, label_and_unit, save_gait_cycle
 from human_gait.walk.gait_file import load_record, save_gait
 
@@ -579,9 +580,7 @@ def test_it_can_be_made_again(three, one_page, monkeypatch, tmp_path):
     assert "human-gait==0.1.0" in root.xpath("string(//section[@id='again'])")
 
 
-@pytest.mark.parametrize(
-    ("start", "said"), [("warm start", "--warm-from"), ("given start", "refine")]
-)
+@pytest.mark.parametrize(("start", "said"), [(WARM, "--warm-from"), (GIVEN, "refine")])
 def test_a_start_that_no_command_repeats_is_told(tmp_path, checks, start, said):
     folder = write(tmp_path / "a", checks)
     found = read_json(folder / "summary.json")

@@ -8,13 +8,12 @@ import umsgpack
 from walking import guessed_gait
 
 from human_gait.body import dh
-from human_gait.body.skeleton import GRAVITY, index
+from human_gait.body.skeleton import GRAVITY, SIDES_IN_WORDS, index
 from human_gait.playback.drawing import rounded
 from human_gait.playback.drawn_body import torque_sizes
 from human_gait.playback.scene import (
     ARROW_HEAD,
     ARROW_LENGTH,
-    FEET,
     FRAMES_PER_STEP,
     scene_commands,
     stride_of,
@@ -115,7 +114,7 @@ def test_the_zmp_marker_is_at_the_zmp(scene, instants):
 def test_an_arrow_is_the_force_at_its_centre_of_pressure(scene, instants):
     subject = GAIT.body.subject
     unit = ARROW_LENGTH * subject.stature / (subject.mass * GRAVITY)
-    for f, name in enumerate(FEET):
+    for f, name in enumerate(SIDES_IN_WORDS):
         path = f"{PATH}/ground_reaction/{name}"
         shown = scene.track(path, "visible")
         shaft = scene.track(path + "/shaft", "scale")[:, 1]
@@ -131,7 +130,7 @@ def test_an_arrow_is_the_force_at_its_centre_of_pressure(scene, instants):
 
 
 def test_a_foot_in_the_air_has_no_arrow_and_its_hidden_arrow_stays_by_the_walker(scene, instants):
-    for f, name in enumerate(FEET):
+    for f, name in enumerate(SIDES_IN_WORDS):
         path = f"{PATH}/ground_reaction/{name}"
         unloaded = instants.grf[:, f, 1] == 0
         assert unloaded.any()
@@ -150,7 +149,7 @@ def test_the_walker_stays_in_view_and_every_stride_looks_the_same(scene):
 def test_the_footholds_are_those_of_the_plan_again_and_again(scene):
     for step in (0, 1, 5, -2):
         side, outline = GAIT.plan.outline(step)
-        vertices, _ = mesh(scene.geometry(f"{PATH}/footholds/{FEET[side]}"))
+        vertices, _ = mesh(scene.geometry(f"{PATH}/footholds/{SIDES_IN_WORDS[side]}"))
         away = np.linalg.norm(vertices[None] - outline[:, None], axis=-1).min(axis=1)
         assert away.max() < 1e-5
 

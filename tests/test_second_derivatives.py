@@ -16,7 +16,7 @@ from human_gait.dynamics.inverse_dynamics import (
 )
 from human_gait.dynamics.second_derivatives import TreeCurvature
 from human_gait.dynamics.tissues import PassiveJoints
-from human_gait.problem.objective import lean_on_torques
+from human_gait.problem.objective import squared_torque
 from human_gait.problem.program import build_program
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.feet import Feet
@@ -148,6 +148,6 @@ def test_a_walker_adds_them_up():
         return np.einsum("ki,kis->ks", weight, at.muscle_torque.partials)
 
     adjoint = Adjoint.none(len(now.t))
-    lean_on_torques(now, spacing, weights, adjoint)
+    squared_torque(weights).add_to_adjoint(now, spacing, 1.0, adjoint)
     x = np.concatenate([now.q, now.v, now.a], axis=1)
     assert_slopes(walker.second_derivatives(now, adjoint).dense(), gradient, x)

@@ -13,7 +13,9 @@ from human_gait.body.skeleton import BRANCHES, DOF_NAMES
 from human_gait.problem.constraints import LIMITS
 from human_gait.problem.program import build_program
 from human_gait.solving import solver as room
-from human_gait.solving.solver import FEASIBLE, SOLVERS, solve
+from human_gait.solving.drake_solvers import OPTIONS, SOLVERS, solve_program, status_of
+from human_gait.solving.solver import solve
+from human_gait.solving.watch import FEASIBLE
 
 LIMIT = {"newton": "most_iterations", "snopt": "Major iterations limit", "ipopt": "max_iter"}
 OPTIMALITY = {"newton": "stationary", "snopt": "Major optimality tolerance", "ipopt": "tol"}
@@ -54,7 +56,7 @@ def short(monkeypatch):
     def limit(iterations):
         for name in SOLVERS:
             change = {LIMIT[name]: iterations}
-            for options in (room._OPTIONS, room._POSTURE_OPTIONS):
+            for options in (OPTIONS, room.POSTURE_OPTIONS):
                 monkeypatch.setitem(options, name, options[name] | change)
 
     return limit
@@ -62,7 +64,7 @@ def short(monkeypatch):
 
 def test_our_options_are_accepted(solver):
     """A solver that is content has understood them: see the next test."""
-    for changes in ({}, room._POSTURE_OPTIONS[solver]):
+    for changes in ({}, room.POSTURE_OPTIONS[solver]):
         x, solved, _ = run(valley(), solver, VALLEY_START, changes)
         assert solved
         np.testing.assert_allclose(x, VALLEY_END, atol=1e-2)
@@ -70,14 +72,14 @@ def test_our_options_are_accepted(solver):
 
 @pytest.mark.parametrize("solver", ["newton", "ipopt"])
 def test_an_option_that_does_not_exist_is_refused(solver):
-    with pytest.raises((RuntimeError, TypeError), match="no_such_option"):
+    with pytest.raises((RuntimeError, ValueError), match="no_such_option"):
         run(valley(), solver, np.zeros(2), {"no_such_option": 3})
 
 
 def test_our_options_of_snopt_are_in_its_manual():
     """SNOPT passes over a name that it does not know."""
     run(valley(), "snopt", VALLEY_START, {"no such option": 3})
-    ours = {name for table in (room._OPTIONS, room._POSTURE_OPTIONS) for name in table["snopt"]}
+    ours = {name for table in (OPTIONS, room.POSTURE_OPTIONS) for name in table["snopt"]}
     assert ours <= MANUAL
 
 
@@ -147,9 +149,9 @@ def test_other_limits_of_snopt_take_effect(name, value, status):
     prog.AddCost(lambda x: sum((x - 1.0) ** 4) + x[0] * x[1] * x[2] * x[3], x)
     prog.AddConstraint(lambda x: [x.dot(x)], [-np.inf], [9.0], x)
     prog.AddLinearConstraint(x[0] + x[1] + x[2] >= 1.0)
-    end = room._by_drake(prog, "snopt", np.zeros(4), {name: value})
-    assert not end.solved
-    assert end.status.startswith(status)
+    result = solve_program(prog, "snopt", np.zeros(4), {name: value})
+    assert not result.is_success()
+    assert status_of(result)[0].startswith(status)
 
 
 def test_the_feasibility_tolerance_takes_effect(solver):
@@ -294,7 +296,7 @@ def test_ctrl_c_returns_the_best_point_so_far(program, solver, n):
     assert len(interrupt.told) == n
     np.testing.assert_array_equal(solution.gait.free, interrupt.best().free)
     assert signal.getsignal(signal.SIGINT) is handler
-    assert program.observe is None
+    assert program.functions.observe is None
 
 
 def test_ctrl_c_works_in_the_torque_stage_too(program, solver):
@@ -307,7 +309,7 @@ def test_ctrl_c_works_in_the_torque_stage_too(program, solver):
 
 def test_ctrl_c_between_the_stages_keeps_the_posture(program, solver, monkeypatch, short):
     short(2)
-    run, interrupt = room._run, Interrupt(-1)
+    run, interrupt = room.run_stage, Interrupt(-1)
 
     def run_and_press(program, stage, *arguments):
         end = run(program, stage, *arguments)
@@ -315,7 +317,7 @@ def test_ctrl_c_between_the_stages_keeps_the_posture(program, solver, monkeypatc
             signal.raise_signal(signal.SIGINT)
         return end
 
-    monkeypatch.setattr(room, "_run", run_and_press)
+    monkeypatch.setattr(room, "run_stage", run_and_press)
     solution = solve(program, solver, tell=interrupt, weights=room.POSTURE)
     assert solution.interrupted
     assert stages(interrupt.told) == ["posture"]
@@ -332,21 +334,21 @@ def test_ctrl_c_before_the_first_point_stops_like_any_program(program, solver, m
     monkeypatch.setattr(program, "guess", press)
     with pytest.raises(KeyboardInterrupt):
         solve(program, solver)
-    assert program.observe is None
+    assert program.functions.observe is None
 
 
 def test_ctrl_c_in_the_posture_path_alone_stops_like_any_program(program):
     with pytest.raises(KeyboardInterrupt):
         room.posture(program, Interrupt(2))
-    assert program.observe is None
+    assert program.functions.observe is None
 
 
 def test_ctrl_c_after_the_last_point_of_the_posture_path_is_not_forgotten(program, monkeypatch):
     def press(*_):
         signal.raise_signal(signal.SIGINT)
-        return room._End(program.guess(), True, "feasible")
+        return room.End(None, program.guess(), True, "feasible")
 
-    monkeypatch.setattr(room, "_posture", press)
+    monkeypatch.setattr(room, "posture_path", press)
     with pytest.raises(KeyboardInterrupt):
         room.posture(program)
 
@@ -360,7 +362,7 @@ def test_a_mistake_in_what_is_told_is_not_taken_for_an_interruption(program, sol
     with pytest.raises((ZeroDivisionError, RuntimeError), match="a mistake"):
         solve(program, solver, tell=fail)
     assert signal.getsignal(signal.SIGINT) is handler
-    assert program.observe is None
+    assert program.functions.observe is None
 
 
 def test_it_solves_outside_the_main_thread(program, solver, short):
@@ -384,9 +386,9 @@ def test_a_feasible_point_on_the_way_is_better_than_an_infeasible_end(program, m
 
     def run(*_):
         program.instants(guess)
-        return room._End(sunken.ravel(), True, "lost")
+        return room.End(None, sunken.ravel(), True, "lost")
 
-    monkeypatch.setattr(room, "_run", run)
+    monkeypatch.setattr(room, "run_stage", run)
     solution = solve(program, start=guess)
     np.testing.assert_array_equal(solution.gait.free, guess)
     assert not solution.converged

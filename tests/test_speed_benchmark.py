@@ -26,7 +26,7 @@ from benchmarks.speed import (
     summary,
     warm_table,
 )
-from human_gait.problem import program
+from human_gait.problem import drake, program
 from human_gait.problem.transcription import Transcription
 from human_gait.scenario import Scenario
 
@@ -271,7 +271,7 @@ def test_the_clock_keeps_in_step_when_a_part_fails():
 def test_functions_are_timed_only_while_they_are_patched():
     walk = {"speed": 1.2, "step_length": 0.7}
     scenario = Scenario.from_dict({"name": "walk", "walk": walk})
-    before = Transcription.motion, program._seam
+    before = Transcription.motion, drake._seam
     clock = Clock()
     with patched(clock):
         task = program.build_program(scenario)
@@ -281,7 +281,7 @@ def test_functions_are_timed_only_while_they_are_patched():
             task.torques.prog.EvalBindings(
                 task.torques.prog.GetAllCosts(), task.guess() / task.unit
             )
-    assert (Transcription.motion, program._seam) == before
+    assert (Transcription.motion, drake._seam) == before
     for part in ("dynamics", "feet", "chain rule, first derivatives", "objective", "all"):
         assert clock.spent[part] > 0.0
         assert clock.calls[part] >= 1

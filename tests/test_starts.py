@@ -11,7 +11,8 @@ from human_gait.checks.check import Check, Kind
 from human_gait.problem.balance_rows import SLIDING_FRICTION, TURNING_FRICTION
 from human_gait.problem.program import build_program
 from human_gait.solving import starts as room
-from human_gait.solving.solver import FEASIBLE, POSTURE, SOLVERS, Solution
+from human_gait.solving.drake_solvers import SOLVERS
+from human_gait.solving.solver import POSTURE, Solution
 from human_gait.solving.starts import (
     GIVEN,
     OWN_GUESS,
@@ -22,6 +23,7 @@ from human_gait.solving.starts import (
     disturbed,
     on_the_way,
 )
+from human_gait.solving.watch import FEASIBLE
 
 TASK = scenario(control_points=6, load=BACKPACK)
 PROGRAM = build_program(TASK)
@@ -275,7 +277,7 @@ def test_every_kind_of_start_can_lead_to_a_walk(solver):
     there = room.continued(program, solver)
     assert there.converged
     assert there.gait.scenario == task
-    assert there.evaluations > program.evaluations  # those on the way are counted
+    assert there.evaluations > program.functions.evaluations  # those on the way are counted
     noise = disturbed(program, np.random.default_rng(2))
     from_noise = room.solve(program, solver, guess=noise)
     assert from_noise.converged

@@ -15,7 +15,8 @@ from human_gait.newton.nonlinear_program import End
 from human_gait.problem.constraints import LIMITS, SYMMETRY
 from human_gait.problem.program import build_program
 from human_gait.results.names import MULTIPLIERS
-from human_gait.solving import solver as room
+from human_gait.solving import newton_solver as room
+from human_gait.solving.drake_solvers import OPTIONS
 from human_gait.solving.solver import solve
 from human_gait.solving.starts import WARM, Start, climb
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
@@ -292,7 +293,7 @@ def test_dense_matrices_are_for_few_variables(monkeypatch):
         raise AssertionError
 
     monkeypatch.setattr(room, "follow", refuse)
-    monkeypatch.setitem(room._OPTIONS["newton"], "most_iterations", 1)
+    monkeypatch.setitem(OPTIONS["newton"], "most_iterations", 1)
     many = build_program(scenario(control_points=11))
     assert len(many.variables) > 400
     gait = many.gait(many.guess())

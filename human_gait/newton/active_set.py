@@ -110,8 +110,8 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
         if step == _MOST_STEPS:
             break
         lower, upper = (bound - here.bounded for bound in path.bounds(t))
-        gradient = path.gradient(t, now)
-        model = Quadratic(_hessian(stacked, here.x, y), gradient, now.jacobian, lower, upper)
+        gradient, H = path.gradient(t, now), stacked.hessian(here.x, y[stacked.n :])
+        model = Quadratic(H, gradient, now.jacobian, lower, upper)
         found = local_minimum(model, y, radius)
         if found is None:
             break
@@ -151,12 +151,6 @@ def _shortened(
         if path.merit(t, point, prices) <= limit + _ENOUGH * share * fall or share < _SHORTEST:
             return point, share
         share /= 2.0
-
-
-def _hessian(stacked: Stacked, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Return the Hessian (n, n) of the Lagrangian."""
-    upper = stacked.upper_hessian(x, y[stacked.n :])
-    return np.asarray(upper + np.triu(upper, 1).T, dtype=float)
 
 
 def _optimal(stacked: Stacked, here: Point, now: Derivatives, y: FloatArray) -> bool:

@@ -332,7 +332,7 @@ class _Method:
     def _matrix(self, state: _State, curvature: FloatArray) -> FloatArray:
         """Return H + S_x + J' S_s J, its upper triangle, fixed variables apart."""
         n, J = self._n, state.now.jacobian
-        matrix = self._stacked.upper_hessian(state.point.x, state.y)
+        matrix = self._stacked.hessian(state.point.x, state.y)
         matrix.flat[:: n + 1] += curvature[:n]
         for rows, columns in self._blocks:
             block = np.sqrt(curvature[n:][rows, None]) * J[rows][:, columns]

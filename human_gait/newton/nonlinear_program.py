@@ -25,10 +25,8 @@ class NonlinearProgram:
         Rows and columns of the entries that can differ from zero; what occurs twice is added.
     jacobian : function, x -> array
         The entries.
-    hessian_entries : two int arrays
-        Of the upper triangle, none twice.
-    hessian : function, (x, float, (m,) array) -> array
-        Entries of the second derivatives of factor * cost + multipliers * rows.
+    hessian : function, (x, float, (m,) array) -> (n, n) array
+        Second derivatives of factor * cost + multipliers * rows, in an array of their own.
     """
 
     lower: FloatArray
@@ -40,7 +38,6 @@ class NonlinearProgram:
     rows: Callable[[FloatArray], FloatArray]
     jacobian_entries: tuple[IntArray, IntArray]
     jacobian: Callable[[FloatArray], FloatArray]
-    hessian_entries: tuple[IntArray, IntArray]
     hessian: Callable[[FloatArray, float, FloatArray], FloatArray]
 
 
@@ -135,8 +132,6 @@ class Stacked:
         jacobian = np.asarray(entries.reshape(m, n), dtype=float)
         return Derivatives(self._problem.gradient(x), jacobian)
 
-    def upper_hessian(self, x: FloatArray, by_row: FloatArray) -> FloatArray:
-        """Return the upper triangle (n, n) of the Lagrangian's second derivatives."""
-        dense = np.zeros((self.n, self.n))
-        dense[self._problem.hessian_entries] = self._problem.hessian(x, 1.0, by_row)
-        return dense
+    def hessian(self, x: FloatArray, by_row: FloatArray) -> FloatArray:
+        """Return the second derivatives (n, n) of the Lagrangian, in an array of their own."""
+        return self._problem.hessian(x, 1.0, by_row)

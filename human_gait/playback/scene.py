@@ -19,7 +19,7 @@ from meshcat.animation import Animation
 from meshcat.geometry import Cylinder
 
 from human_gait.arrays import FloatArray, IntArray
-from human_gait.body.skeleton import GRAVITY
+from human_gait.body.skeleton import GRAVITY, SIDES_IN_WORDS
 from human_gait.playback.drawing import (
     Command,
     Recorder,
@@ -47,7 +47,6 @@ ARROW_HEAD = 0.04
 WALKERS = ("first", "second")
 """Names of the nodes of the walkers below ``/human_gait``."""
 
-FEET = ("right", "left")
 COLOURS = {  # the feet: two of Okabe and Ito's
     "right": 0xD55E00,
     "left": 0x0072B2,
@@ -157,7 +156,7 @@ def _draw_ground(path: Visualizer, gait: Gait) -> None:
     for step in (0, 1):
         side, outline = gait.plan.outline(step)
         copies = [outline[:, [0, 2]] + [0.0, ahead] for ahead in repeats]
-        name = FEET[int(side)]
+        name = SIDES_IN_WORDS[int(side)]
         path[f"footholds/{name}"].set_object(flat(copies, 0.0), matte(FOOTHOLDS[name]))
 
 
@@ -185,7 +184,7 @@ def _draw_markers(path: Visualizer, stature: float) -> None:
     """Draw the zero moment point and, along y from the origin, an arrow for each foot."""
     path["zmp/dot"].set_object(Cylinder(0.004, 0.022), glowing(COLOURS["zmp"]))
     thick, head = 0.008 * stature, ARROW_HEAD * stature
-    for name in FEET:
+    for name in SIDES_IN_WORDS:
         arrow, colour = path[f"ground_reaction/{name}"], glowing(COLOURS[name])
         arrow["shaft/rod"].set_object(Cylinder(1.0, thick), colour)
         arrow["shaft/rod"].set_transform(_raised(0.5))
@@ -225,7 +224,7 @@ def support_polygons(gait: Gait) -> Iterator[tuple[float, float, FloatArray]]:
 def _standing(gait: Gait, time: float) -> tuple[int, ...]:
     """Return the feet of which some part stands."""
     touching = gait.plan.contact(np.array([time]))[0]
-    return tuple(f for f in range(len(FEET)) if touching[f].any())
+    return tuple(f for f in range(len(SIDES_IN_WORDS)) if touching[f].any())
 
 
 def _animate_support(motion: Animation, node: Visualizer, gait: Gait) -> None:
@@ -243,7 +242,7 @@ def _animate_forces(motion: Animation, parent: Visualizer, gait: Gait, instants:
     subject = gait.body.subject
     unit = ARROW_LENGTH * subject.stature / (subject.mass * GRAVITY)
     head = ARROW_HEAD * subject.stature
-    for f, name in enumerate(FEET):
+    for f, name in enumerate(SIDES_IN_WORDS):
         _animate_arrow(motion, parent[name], unit * instants.grf[:, f], instants.cop[:, f], head)
 
 

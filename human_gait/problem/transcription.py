@@ -80,20 +80,39 @@ class Transcription:
             half = _flat(left[k]).T @ _flat(right[k]) + self._direct(k, direct[k])
             A = _flat(rows[k])
             half += A.T @ A / 2
-            self._add(by_point, first, half + half.T)
+            functions = first + np.arange(DEGREE + 1)
+            self._add(by_point, functions, functions, half + half.T)
+        if second.pairs:
+            self._add_pairs(by_point, *second.pairs)
         return by_point.reshape(m * N_DOF, m * N_DOF)
 
-    def _add(self, by_point: FloatArray, first: int, block: FloatArray) -> None:
-        """Add second derivatives (220, 220) in the control points from `first` on, Eq. (26)."""
+    def _add_pairs(self, by_point: FloatArray, left: FloatArray, right: FloatArray) -> None:
+        """Add D_k^T E_k+1 and its transpose: neighbouring instants share five control points.
+
+        After the last instant of a step that is its own mirror image comes that of the first.
+        """
+        left, right, active = self._onto_points(left), self._onto_points(right), self._active
+        if self.basis.mirrored:
+            image = self.basis.cycle.sign[:, None, None] * right[0][self.basis.cycle.index]
+            right, active = np.concatenate([right, image[None]]), np.vstack([active, active[:1]])
+        for k in range(len(right) - 1):
+            block = _flat(left[k]).T @ _flat(right[k + 1])
+            self._add(by_point, active[k], active[k + 1], block.copy())
+            self._add(by_point, active[k + 1], active[k], block.T.copy())
+
+    def _add(
+        self, by_point: FloatArray, rows: IntArray, columns: IntArray, block: FloatArray
+    ) -> None:
+        """Add second derivatives (220, 220) in two times four control points, Eq. (26)."""
         m = self.basis.n_free
-        functions = first + np.arange(DEGREE + 1)
         block = block.reshape(DEGREE + 1, N_DOF, DEGREE + 1, N_DOF)
         cycle = self.basis.cycle
-        past = functions >= m  # the images of the first control points
+        past = rows >= m  # the images of the first control points
         block[past] = block[past][:, cycle.index] * cycle.sign[:, None, None]
+        past = columns >= m
         block[:, :, past] = block[:, :, past][..., cycle.index] * cycle.sign
-        for i, row in enumerate(functions % m):
-            for j, column in enumerate(functions % m):
+        for i, row in enumerate(rows % m):
+            for j, column in enumerate(columns % m):
                 by_point[row, :, column] += block[i, :, j]
 
     def _onto_points(self, rows: FloatArray) -> FloatArray:

@@ -18,7 +18,8 @@ from human_gait.problem.program import GaitProgram
 from human_gait.problem.violation import Violation
 from human_gait.scenario import STEP_HALF_ANGLE_DEG, Scenario
 from human_gait.solving.shadow_prices import limit_text, unit_step
-from human_gait.solving.solver import FEASIBLE, Solution
+from human_gait.solving.solver import Solution
+from human_gait.solving.watch import FEASIBLE
 
 # What people do. Walk ratio, step length / cadence: Sekiya et al. 1997. They run above the Froude
 # number v^2 / (g leg) = 0.5: Alexander 1989. The rest is assumed, wide.

@@ -28,10 +28,12 @@ from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import GRAVITY, N_DOF
 from human_gait.checks.check import Check, Kind
 from human_gait.checks.verification import verify
-from human_gait.problem.program import GaitProgram, build_program
+from human_gait.problem.program import GaitProgram
 from human_gait.scenario import Scenario
-from human_gait.solving.solver import FEASIBLE, POSTURE, SOLVERS, Iterate, Solution, solve
+from human_gait.solving.drake_solvers import SOLVERS
+from human_gait.solving.solver import POSTURE, Solution, solve
 from human_gait.solving.warm_start import stretched
+from human_gait.solving.watch import FEASIBLE, Iterate
 from human_gait.walk.gait_file import make_record
 
 Tell = Callable[[Iterate], None]
@@ -243,7 +245,7 @@ def continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> So
     spent: list[Solution] = []
     for share in _STRIDES:
         task = on_the_way(program.scenario, share)
-        stride = program if share == 1.0 else build_program(task, dynamics=program.dynamics)
+        stride = program if share == 1.0 else program.for_scenario(task)
         if guess is not None:
             guess = stretched(guess, task.walk.step_length / step_length)
         solution = solve(stride, solver, tell=tell, guess=guess)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -22,24 +23,41 @@ class Adjoint:
     ----------
     torque, torque_second : (K, 55) array
         By the muscle torques; the second derivatives by each of them, others being none.
+    torque_next : (K, 55) array
+        Second derivatives by a muscle torque and the same one at the next instant; at the last
+        instant of a step that is its own mirror image, the one at the end T of the step.
     wrench, wrench_second : (K, 6) and (K, 6, 6) array
         By the wrench of the ground about the world's origin.
     position, velocity : (K, 2, 4, 3) array
         By position and velocity of the contact points, on which everything depends linearly.
     posture_second : (K, 55, 55) array
         Second derivatives by q, where it enters as it is.
+    squares : list of (K, r, 165) array
+        Rows A of second derivatives A^T A in q, v, a.
+    products : list of two (K, r, 165) arrays
+        Rows B, C of second derivatives B^T C + C^T B in q, v, a.
     """
 
     torque: FloatArray
     torque_second: FloatArray
+    torque_next: FloatArray
     wrench: FloatArray
     wrench_second: FloatArray
     position: FloatArray
     velocity: FloatArray
     posture_second: FloatArray
+    squares: list[FloatArray] = field(default_factory=list)
+    products: list[tuple[FloatArray, FloatArray]] = field(default_factory=list)
 
     @classmethod
     def none(cls, K: int) -> Adjoint:
         """Return an adjoint to add to, all zero."""
-        shapes = (N_DOF,), (N_DOF,), (6,), (6, 6), (2, 4, 3), (2, 4, 3), (N_DOF, N_DOF)
-        return cls(*(np.zeros((K, *shape)) for shape in shapes))
+        shapes = {
+            **dict.fromkeys(("torque", "torque_second", "torque_next"), (N_DOF,)),
+            "wrench": (6,),
+            "wrench_second": (6, 6),
+            **dict.fromkeys(("position", "velocity"), (2, 4, 3)),
+            "posture_second": (N_DOF, N_DOF),
+        }
+        zeros: dict[str, Any] = {name: np.zeros((K, *shape)) for name, shape in shapes.items()}
+        return cls(**zeros)

@@ -59,24 +59,28 @@ class Instants:
 class SecondDerivatives:
     """Second derivatives of a weighted sum at K instants, in q, v, a, in three parts.
 
-    They are direct + A^T A + B^T C + C^T B.
+    At each instant they are direct + A^T A + B^T C + C^T B; between an instant k and the next one
+    D_k^T E_k+1 and its transpose.
 
     Attributes
     ----------
     direct : StateHessian
     rows : (K, r, 165) array
-        A, for the squares of the torques.
-    left, right : (K, 6, 165) array
-        B and C, for products with the wrench.
+        A, for the squares of the torques and of own terms.
+    left, right : (K, r, 165) array
+        B and C, for products with the wrench and of own terms.
+    pairs : two (K, 55, 165) arrays, or None
+        D and E, for products of torques with those of the next instant.
     """
 
     direct: StateHessian
     rows: FloatArray
     left: FloatArray
     right: FloatArray
+    pairs: tuple[FloatArray, FloatArray] | None = None
 
     def dense(self) -> FloatArray:
-        """Return them as matrices (K, 165, 165)."""
+        """Return those at the instants as matrices (K, 165, 165)."""
         mixed = self.left.swapaxes(1, 2) @ self.right
         squares = self.rows.swapaxes(1, 2) @ self.rows
         return self.direct.dense() + squares + mixed + mixed.swapaxes(1, 2)
@@ -140,4 +144,9 @@ class Walker:
         squared = J[:, counting] * np.sqrt(adjoint.torque_second[:, counting, None])
         half = adjoint.wrench_second @ F / 2
         half[:, :, :N_DOF] += mixed.swapaxes(1, 2)
-        return SecondDerivatives(StateHessian(qq, qv, qa, vv), squared, half, F)
+        rows = np.concatenate([squared, *adjoint.squares], axis=1)
+        left = np.concatenate([half, *(B for B, _ in adjoint.products)], axis=1)
+        right = np.concatenate([F, *(C for _, C in adjoint.products)], axis=1)
+        coupled = adjoint.torque_next
+        pairs = (coupled[..., None] * J, J) if coupled.any() else None
+        return SecondDerivatives(StateHessian(qq, qv, qa, vv), rows, left, right, pairs)

@@ -1,4 +1,4 @@
-"""A stage for Newton steps: against Drake's program, and each derivative against differences."""
+"""A program for Newton steps: against Drake's values, and each derivative against differences."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ from walks import BACKPACK, central_difference, near_walk, scenario
 
 from human_gait.newton.nonlinear_program import Duals
 from human_gait.problem.constraints import LIMITS, SYMMETRY
-from human_gait.problem.lagrangian import Lagrangian
 from human_gait.problem.program import COST_SCALE, build_program
+from human_gait.solving.mathematical_program import ProgramFunctions
 
 TASKS = {
     "mirrored": scenario(load=BACKPACK, dynamics_per_interval=2),
@@ -27,8 +27,9 @@ class Case:
         guess = self.program.guess()
         stages = {"torques": self.program.torques, "posture": self.program.posture(guess, 0.7, 0.2)}
         self.stage = stages[stage]
-        self.lagrangian = Lagrangian(self.program, self.stage)
-        self.problem = self.lagrangian.problem()
+        self.functions = ProgramFunctions(self.stage.prog)
+        self.bindings = [part.binding for part in self.functions.constraints]
+        self.problem = self.functions.problem()
         self.x = near_walk(self.program) / self.program.unit
         self.directions = np.random.default_rng(1).normal(size=(len(self.x), 8))
         self.directions *= 0.1  # units of the variables are large
@@ -39,11 +40,10 @@ class Case:
         np.add.at(dense, self.problem.jacobian_entries, self.problem.jacobian(x))
         return dense
 
-    def hessian(self, x, factor, multipliers):
-        """Both triangles."""
-        upper = np.zeros((len(x), len(x)))
-        upper[self.problem.hessian_entries] = self.problem.hessian(x, factor, multipliers)
-        return upper + np.triu(upper, 1).T
+    def named(self, duals):
+        """Duals by description of the constraint, in Drake's sign."""
+        found = self.functions.duals_by_binding(duals)
+        return {evaluator.get_description(): dual for (evaluator, _), dual in found.items()}
 
     def random_duals(self):
         rng = np.random.default_rng(3)
@@ -78,7 +78,7 @@ def distinct(entries):
 
 
 def test_bounds_are_drakes_and_none_is_left_out(case):
-    names = [b.evaluator().get_description() for b in case.lagrangian.bindings]
+    names = [b.evaluator().get_description() for b in case.bindings]
     sides = (by_binding(case, side) for side in (case.problem.row_lower, case.problem.row_upper))
     found = dict(zip(names, zip(*sides, strict=True), strict=True))
     found[LIMITS.name] = case.problem.lower, case.problem.upper
@@ -100,7 +100,7 @@ def test_the_cost_is_drakes(case):
 
 def test_the_rows_are_drakes(case):
     prog = case.stage.prog
-    expected = np.concatenate([prog.EvalBinding(b, case.x) for b in case.lagrangian.bindings])
+    expected = np.concatenate([prog.EvalBinding(b, case.x) for b in case.bindings])
     np.testing.assert_allclose(case.problem.rows(case.x), expected, atol=1e-12)
 
 
@@ -114,13 +114,13 @@ def test_the_jacobian_is_the_slope_of_the_rows(case):
     found = case.jacobian(case.x) @ case.directions
     slopes = central_difference(case.problem.rows, case.x, case.directions)
     for binding, part, expected in zip(
-        case.lagrangian.bindings, *(by_binding(case, rows) for rows in (found, slopes)), strict=True
+        case.bindings, *(by_binding(case, rows) for rows in (found, slopes)), strict=True
     ):
         assert worst(part, expected) < TOLERANCE, binding.evaluator().get_description()
 
 
 def by_binding(case, rows):
-    sizes = [b.evaluator().num_constraints() for b in case.lagrangian.bindings]
+    sizes = [b.evaluator().num_constraints() for b in case.bindings]
     return np.split(rows, np.cumsum(sizes)[:-1])
 
 
@@ -132,7 +132,7 @@ def test_the_hessian_is_the_slope_of_the_gradients(case, of):
     def gradient(x):
         return factor * case.problem.gradient(x) + multipliers @ case.jacobian(x)
 
-    found = case.hessian(case.x, factor, multipliers) @ case.directions
+    found = case.problem.hessian(case.x, factor, multipliers) @ case.directions
     slopes = central_difference(gradient, case.x, case.directions)
     assert worst(found, slopes) < 1e-5
 
@@ -140,10 +140,10 @@ def test_the_hessian_is_the_slope_of_the_gradients(case, of):
 def test_with_friction_too():
     """Its rows come last of the curved ones."""
     case = Case(TASKS["mirrored"], "torques", friction=True)
-    names = [b.evaluator().get_description() for b in case.lagrangian.bindings]
+    names = [b.evaluator().get_description() for b in case.bindings]
     assert "sliding friction" in names
     multipliers = case.random_duals().rows
-    found = case.hessian(case.x, 1.0, multipliers) @ case.directions
+    found = case.problem.hessian(case.x, 1.0, multipliers) @ case.directions
     slopes = central_difference(
         lambda x: case.problem.gradient(x) + multipliers @ case.jacobian(x),
         case.x,
@@ -152,27 +152,30 @@ def test_with_friction_too():
     assert worst(found, slopes) < 1e-5
 
 
-def test_entries_of_the_hessian_are_of_the_upper_triangle_and_none_twice(case):
-    rows, columns = case.problem.hessian_entries
-    assert np.all(rows <= columns)
-    assert distinct((rows, columns))
+def test_second_derivatives_are_symmetric_and_in_an_array_of_their_own(case):
+    multipliers = case.random_duals().rows
+    first, again = (case.problem.hessian(case.x, 1.0, multipliers) for _ in range(2))
+    assert first is not again
+    assert worst(first, first.T) < 1e-12
+    first[:] = np.nan
+    assert np.all(np.isfinite(case.problem.hessian(case.x, 1.0, multipliers)))
 
 
 def test_the_dynamics_is_evaluated_once_for_all_functions_of_a_point(case):
-    before = case.program.evaluations
+    before = case.program.functions.evaluations
     x, duals = case.x + 1e-3, case.random_duals()
     case.problem.cost(x)
     case.problem.gradient(x)
     case.problem.rows(x)
     case.problem.jacobian(x)
     case.problem.hessian(x, 1.0, duals.rows)
-    assert case.program.evaluations <= before + 1
+    assert case.program.functions.evaluations <= before + 1
 
 
 def test_duals_by_name_and_back_are_the_same(case):
     duals = case.random_duals()
-    named = case.lagrangian.by_name(duals)
-    back = case.lagrangian.from_names(named)
+    named = case.named(duals)
+    back = case.functions.duals_from_names(named)
     np.testing.assert_array_equal(back.rows, duals.rows)
     np.testing.assert_array_equal(back.variables, duals.variables)
     expected = {c.name for c in case.stage.constraints} | {LIMITS.name}
@@ -183,7 +186,7 @@ def test_duals_by_name_and_back_are_the_same(case):
 def test_duals_by_name_belong_to_the_rows_of_their_constraint(case):
     """With the sign of Drake, d cost / d bound."""
     duals = case.random_duals()
-    named = case.lagrangian.by_name(duals)
+    named = case.named(duals)
     slope = duals.rows @ case.jacobian(case.x)
     free = case.x * case.program.unit
     expected = np.zeros(len(case.x))
@@ -191,13 +194,13 @@ def test_duals_by_name_belong_to_the_rows_of_their_constraint(case):
         jacobian = case.program.residual(constraint, free)[1] * case.program.unit
         expected -= named[constraint.name] @ jacobian
     if SYMMETRY.name in named:
-        expected -= named[SYMMETRY.name] @ (case.program._symmetry[0] * case.program.unit)
+        expected -= named[SYMMETRY.name] @ (case.program.symmetry[0] * case.program.unit)
     np.testing.assert_allclose(slope, expected, atol=1e-10 * np.abs(expected).max())
     np.testing.assert_array_equal(named[LIMITS.name], -duals.variables)
 
 
 def test_rows_without_a_name_have_no_dual(case):
-    nothing = case.lagrangian.from_names({"another constraint": np.ones(3)})
+    nothing = case.functions.duals_from_names({"another constraint": np.ones(3)})
     np.testing.assert_array_equal(nothing.rows, np.zeros(len(case.problem.row_lower)))
     np.testing.assert_array_equal(nothing.variables, np.zeros(len(case.x)))
 
@@ -205,7 +208,7 @@ def test_rows_without_a_name_have_no_dual(case):
 def test_multipliers_and_duals_are_each_others_inverse(task):
     """At a point where every control point is at the limit that its multiplier belongs to."""
     case = Case(task, "torques")
-    program, named = case.program, case.lagrangian.by_name(case.random_duals())
+    program, named = case.program, case.named(case.random_duals())
     lower, upper = (np.tile(limit, program.basis.n_free) for limit in program.limits)
     at = np.where(named[LIMITS.name] > 0.0, lower, upper)
     back = program.duals(program.multipliers(named, at))
@@ -220,7 +223,7 @@ def test_multipliers_and_duals_are_each_others_inverse(task):
 
 def test_multipliers_are_in_units_of_objective_and_row(task):
     case = Case(task, "torques")
-    program, named = case.program, case.lagrangian.by_name(case.random_duals())
+    program, named = case.program, case.named(case.random_duals())
     lower, upper = (np.tile(limit, program.basis.n_free) for limit in program.limits)
     at_limit = np.where(named[LIMITS.name] > 0.0, lower, upper)
     prices = program.multipliers(named, at_limit)
@@ -233,7 +236,7 @@ def test_multipliers_are_in_units_of_objective_and_row(task):
 
 def test_a_limit_that_is_not_reached_has_no_multiplier(task):
     case = Case(task, "torques")
-    program, named = case.program, case.lagrangian.by_name(case.random_duals())
+    program, named = case.program, case.named(case.random_duals())
     lower, upper = (np.tile(limit, program.basis.n_free) for limit in program.limits)
     prices = program.multipliers(named, (lower + upper) / 2)[LIMITS.name]
     np.testing.assert_array_equal(prices[upper - lower > 1e-3], 0.0)

@@ -1,0 +1,207 @@
+"""Functions of the walk as Drake's evaluators, and what they offer to Newton steps besides.
+
+This is the only place that meets Drake's AutoDiff. An evaluator holds the functions
+(`functions.WalkFunctions`), which know no program: a MathematicalProgram that held the object it
+belongs to would be a cycle through C++, and never be freed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
+from pydrake.math import BsplineBasis
+from pydrake.solvers import Binding, EvaluatorBase, MathematicalProgram
+from pydrake.trajectories import BsplineTrajectory
+
+from human_gait.arrays import FloatArray, IntArray
+from human_gait.newton.second_order import Alone, SecondOrder
+from human_gait.problem.functions import WalkFunctions
+from human_gait.problem.objective import Term
+from human_gait.problem.residual import Constraint
+from human_gait.walk.bspline import DEGREE
+from human_gait.walk.gait import Gait
+
+ObjectArray = npt.NDArray[np.object_]
+
+
+@dataclass(frozen=True, eq=False)
+class Curvature:
+    """Second derivatives of terms and constraints in one pass; the variables are parts of a unit.
+
+    Attributes
+    ----------
+    functions : WalkFunctions
+    unit : (n,) array
+    """
+
+    functions: WalkFunctions
+    unit: FloatArray
+
+    def hessian(
+        self, x: FloatArray, weighted: Sequence[tuple[TermOfWalk | RowsOfWalk, FloatArray]]
+    ) -> FloatArray:
+        """Return the second derivatives (n, n) of terms and rows times multipliers."""
+        terms = [(f.term, f.scale * y[0]) for f, y in weighted if isinstance(f, TermOfWalk)]
+        rows = [(f.constraint, y) for f, y in weighted if isinstance(f, RowsOfWalk)]
+        second = self.functions.hessian(self.unit * x, terms, rows)
+        return second * self.unit[:, None] * self.unit
+
+
+@dataclass(frozen=True, eq=False)
+class TermOfWalk:
+    """A term of the objective in parts of the unit, times a scale."""
+
+    family: Curvature
+    term: Term
+    scale: float
+
+    @property
+    def entries(self) -> tuple[IntArray, IntArray]:
+        """The whole gradient."""
+        n = len(self.family.unit)
+        return np.zeros(n, dtype=np.intp), np.arange(n)
+
+    def value(self, x: FloatArray) -> FloatArray:
+        """Return the scaled term (1,)."""
+        free = self.family.unit * x
+        return np.array([self.scale * self.family.functions.cost([self.term], free)[0]])
+
+    def jacobian(self, x: FloatArray) -> FloatArray:
+        """Return its gradient (n,)."""
+        unit = self.family.unit
+        return self.scale * unit * self.family.functions.cost([self.term], unit * x)[1]
+
+    def dense(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return value (1,) and gradient (1, n)."""
+        value, gradient = self.family.functions.cost([self.term], self.family.unit * x)
+        slope = self.scale * gradient * self.family.unit
+        return np.array([self.scale * value]), slope[None]
+
+
+@dataclass(frozen=True, eq=False)
+class RowsOfWalk:
+    """The rows of a constraint in parts of the unit."""
+
+    family: Curvature
+    constraint: Constraint
+
+    @cached_property
+    def entries(self) -> tuple[IntArray, IntArray]:
+        """Rows and columns of the Jacobian that can differ from zero."""
+        return self.family.functions.transcription.entries(self.constraint)
+
+    def value(self, x: FloatArray) -> FloatArray:
+        """Return the rows (m,)."""
+        return self.family.functions.rows(self.constraint, self.family.unit * x).value
+
+    def jacobian(self, x: FloatArray) -> FloatArray:
+        """Return the Jacobian's entries."""
+        functions, unit = self.family.functions, self.family.unit
+        rows = functions.rows(self.constraint, unit * x)
+        values = functions.transcription.values(self.constraint, rows)
+        return values * unit[self.entries[1]]
+
+    def dense(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return rows (m,) and Jacobian (m, n)."""
+        value, jacobian = self.family.functions.residual(self.constraint, self.family.unit * x)
+        return value, jacobian * self.family.unit
+
+
+def add_term(prog: MathematicalProgram, term: TermOfWalk, variables: FloatArray) -> None:
+    """Add a term of the objective to a program as a cost of its name."""
+    binding = prog.AddCost(lambda x: _seam(term.dense, x)[0], variables)
+    binding.evaluator().set_description(term.term.name)
+    offer(prog, binding, term)
+
+
+def add_rows(prog: MathematicalProgram, rows: RowsOfWalk, variables: FloatArray) -> EvaluatorBase:
+    """Add the rows of a constraint to a program under its name; return their evaluator."""
+    constraint = rows.constraint
+    lower, upper = constraint.lower, constraint.upper
+    binding = prog.AddConstraint(lambda x: _seam(rows.dense, x), lower, upper, variables)
+    pattern = np.zeros((len(lower), len(variables)), dtype=bool)
+    pattern[rows.entries] = True
+    evaluator = binding.evaluator()
+    evaluator.set_description(constraint.name)
+    evaluator.SetGradientSparsityPattern(
+        list(zip(*(part.tolist() for part in np.nonzero(pattern)), strict=True))
+    )
+    offer(prog, binding, rows)
+    return evaluator
+
+
+def offer(prog: MathematicalProgram, binding: Binding, function: SecondOrder) -> None:
+    """Let ``newton`` take second derivatives of a cost or constraint from a function."""
+    offers(prog)[binding.evaluator()] = function
+
+
+def offer_hessian(
+    prog: MathematicalProgram,
+    binding: Binding,
+    hessian: Callable[[FloatArray, FloatArray], FloatArray],
+) -> None:
+    """Give the exact second derivatives of a cost or constraint of one's own to ``newton``.
+
+    Without them it takes differences of the gradients. The other solvers use none.
+
+    Parameters
+    ----------
+    prog : MathematicalProgram
+        Such as ``build_program(scenario).torques.prog``.
+    binding : Binding
+        What ``prog.AddCost`` or ``prog.AddConstraint`` returned.
+    hessian : function
+        Variables (n,) of the binding, multipliers (m,) of its rows -> second derivatives (n, n) of
+        the sum of multipliers * rows; of a cost m is 1.
+    """
+    offer(prog, binding, plain(binding.evaluator(), hessian))
+
+
+def offers(prog: MathematicalProgram) -> dict[EvaluatorBase, SecondOrder]:
+    """Return what the evaluators of a program offer; they live as long as the program does."""
+    if not hasattr(prog, "second_order"):
+        prog.second_order = {}
+    found: dict[EvaluatorBase, SecondOrder] = prog.second_order
+    return found
+
+
+def plain(
+    evaluator: EvaluatorBase, second: Callable[[FloatArray, FloatArray], FloatArray]
+) -> Alone:
+    """Return any of Drake's evaluators as a function with second derivatives from elsewhere."""
+
+    def value(x: FloatArray) -> FloatArray:
+        return np.asarray(evaluator.Eval(x), dtype=float).ravel()
+
+    shape = evaluator.num_outputs(), evaluator.num_vars()
+    return Alone(shape, value, lambda x: jacobian_of(evaluator, x), second)
+
+
+def jacobian_of(evaluator: EvaluatorBase, x: FloatArray) -> FloatArray:
+    """Return the Jacobian (m, n) of one of Drake's evaluators, by AutoDiff."""
+    found = np.asarray(ExtractGradient(evaluator.Eval(InitializeAutoDiff(x))), dtype=float)
+    return found if found.size else np.zeros((evaluator.num_outputs(), len(x)))  # a constant
+
+
+def bspline_trajectory(gait: Gait) -> BsplineTrajectory:
+    """Return one step of a gait as a trajectory of Drake."""
+    basis = BsplineBasis(DEGREE + 1, gait.knots)
+    return BsplineTrajectory(basis, gait.control_points.T)
+
+
+def _seam(
+    function: Callable[[FloatArray], tuple[FloatArray, FloatArray]], x: ObjectArray
+) -> ObjectArray | FloatArray:
+    """Evaluate a function that returns value (m,) and Jacobian (m, n) as Drake asks for it."""
+    if x.dtype != object:
+        return function(np.asarray(x, dtype=float))[0]
+    value, jacobian = function(ExtractValue(x).ravel())
+    seed = ExtractGradient(x)
+    if not np.array_equal(seed, np.eye(len(x))):
+        jacobian = jacobian @ seed
+    return np.asarray(InitializeAutoDiff(value, jacobian)).ravel()

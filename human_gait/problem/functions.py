@@ -1,0 +1,120 @@
+"""The functions of the walk in its free control points: costs, rows, first and second derivatives.
+
+Nothing here knows Drake or who asks. What has been computed at a point is kept until the next one:
+solvers ask for costs and rows at the same points one after the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+
+from human_gait.arrays import FloatArray
+from human_gait.body.skeleton import N_DOF
+from human_gait.problem.objective import Term
+from human_gait.problem.residual import Constraint, Residual
+from human_gait.problem.transcription import Transcription
+from human_gait.scenario import Scenario
+from human_gait.walk.adjoint import Adjoint
+from human_gait.walk.bspline import Basis
+from human_gait.walk.instant import Instants, Walker
+
+
+class WalkFunctions:
+    """Costs and rows of a scenario as functions of the free control points, (m * 55,).
+
+    Attributes
+    ----------
+    walker : Walker
+    basis : Basis
+    times : (K,) array, [s]
+        The grid of instants. T itself is left out where it is the mirror image of 0.
+    spacing : (K,) array, [s]
+        The time that each instant stands for in an integral.
+    transcription : Transcription
+    evaluations : int
+        How many points were evaluated.
+    observe : function or None
+        Is given every point when it is evaluated.
+    """
+
+    def __init__(self, scenario: Scenario, basis: Basis, dynamics: str = "pinocchio") -> None:
+        grid, T = scenario.discretisation, scenario.walk.step_time
+        n = grid.intervals * grid.dynamics_per_interval
+        self.basis = basis
+        self.walker = Walker(scenario, dynamics)
+        self.times = np.arange(n + (not grid.mirrored)) * T / n
+        self.spacing = _trapezoids(T / n, len(self.times), grid.mirrored)
+        self.transcription = Transcription(basis, self.times)
+        self.evaluations = 0
+        self.observe: Callable[[FloatArray], None] | None = None
+        self._known: tuple[bytes, Instants, dict[Constraint, Residual]] | None = None
+
+    def instants(self, free: FloatArray) -> Instants:
+        """Return everything known at the instants of the grid; the last result is kept."""
+        key = free.tobytes()
+        if self._known is None or self._known[0] != key:
+            self._known = key, self.evaluated(free), {}
+            self.evaluations += 1
+            if self.observe:
+                self.observe(free)
+        return self._known[1]
+
+    def watched_by(self, observe: Callable[[FloatArray], None]) -> None:
+        """Give every point that is evaluated from now on to a function, and count anew."""
+        self._known, self.observe, self.evaluations = None, observe, 0
+
+    def evaluated(self, free: FloatArray) -> Instants:
+        """Return everything known at the instants, unseen by who watches."""
+        return self.walker.at(self.times, *self.transcription.motion(self.expanded(free)))
+
+    def expanded(self, free: FloatArray) -> FloatArray:
+        """Return all control points (n, 55) from the free ones, Eq. (26)."""
+        return self.basis.expand(free.reshape(-1, N_DOF))
+
+    def cost(self, terms: Iterable[Term], free: FloatArray) -> tuple[float, FloatArray]:
+        """Return the sum of terms [N^2 m^2 s] and its gradient in the free control points."""
+        now = self.instants(free)
+        parts = [term.evaluate(now, self.spacing) for term in terms]
+        partials = np.asarray(sum(by_state for _, by_state in parts))
+        return sum(value for value, _ in parts), self.transcription.gradient(partials)
+
+    def rows(self, constraint: Constraint, free: FloatArray) -> Residual:
+        """Return the rows of a constraint with their partials in q, v, a."""
+        now = self.instants(free)
+        known = self._known[2] if self._known else {}
+        if constraint not in known:
+            known[constraint] = constraint.evaluate(now)
+        return known[constraint]
+
+    def residual(self, constraint: Constraint, free: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return rows (r,) of a constraint and their Jacobian (r, m * 55)."""
+        residual = self.rows(constraint, free)
+        return residual.value, self.transcription.jacobian(constraint, residual)
+
+    def hessian(
+        self,
+        free: FloatArray,
+        terms: Sequence[tuple[Term, float]],
+        constraints: Iterable[tuple[Constraint, FloatArray]],
+    ) -> FloatArray:
+        """Return the Hessian of the Lagrangian in the free control points, (m * 55, m * 55).
+
+        Of the sum of terms times factors and of rows of constraints times multipliers.
+        """
+        now = self.instants(free)
+        adjoint = Adjoint.none(len(self.times))
+        for term, factor in terms:
+            term.add_to_adjoint(now, self.spacing, factor, adjoint)
+        for constraint, multipliers in constraints:
+            constraint.add_to_adjoint(now, multipliers, adjoint)
+        return self.transcription.hessian(self.walker.second_derivatives(now, adjoint))
+
+
+def _trapezoids(interval: float, n: int, periodic: bool) -> FloatArray:
+    """Return the time (n,) that each instant stands for in an integral, [s]."""
+    spacing = np.full(n, interval)
+    if not periodic:
+        spacing[[0, -1]] /= 2
+    return spacing

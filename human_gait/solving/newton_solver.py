@@ -1,0 +1,232 @@
+"""Newton steps as a solver of MathematicalPrograms, beside Drake's own SNOPT and IPOPT.
+
+Second derivatives are exact where evaluators offer them. From nothing it is an interior-point
+method (`newton.interior_point`); from the solution of a program like this one, with its duals, few
+steps of sequential quadratic programming (`newton.active_set`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from pydrake.solvers import (
+    Binding,
+    MathematicalProgram,
+    SolutionResult,
+    SolverId,
+    SolverInterface,
+    SolverOptions,
+)
+
+from human_gait.arrays import FloatArray
+from human_gait.newton.active_set import follow
+from human_gait.newton.interior_point import (
+    LIMIT_REACHED,
+    NO_ROOM,
+    OPTIMAL,
+    Goal,
+    minimise,
+)
+from human_gait.newton.nonlinear_program import Duals, End, NonlinearProgram
+from human_gait.solving.mathematical_program import ProgramFunctions, binding_key, unsupported
+
+NAME = "newton"
+_FEW_VARIABLES = 400
+"""Up to 9 control points `active_set` is quick: its quadratic programs are dense."""
+
+_RESULTS = {
+    OPTIMAL: SolutionResult.kSolutionFound,
+    LIMIT_REACHED: SolutionResult.kIterationLimit,
+    NO_ROOM: SolutionResult.kInfeasibleConstraints,
+}
+
+
+@dataclass(frozen=True)
+class NewtonDetails:
+    """What a solve tells besides its solution.
+
+    Attributes
+    ----------
+    status : str
+        In words.
+    iterations : int
+        Newton steps.
+    """
+
+    status: str
+    iterations: int
+
+
+class NewtonResult:
+    """Where a solve ended; methods are called like those of Drake's MathematicalProgramResult."""
+
+    def __init__(self, prog: MathematicalProgram, functions: ProgramFunctions, end: End) -> None:
+        self._variables = prog.decision_variables()
+        self._index = {variable.get_id(): i for i, variable in enumerate(self._variables)}
+        self._x, self._end = end.x, end
+        self._cost = functions.cost(end.x)
+        self._duals = functions.duals_by_binding(end.duals)
+
+    def is_success(self) -> bool:
+        """Return whether the point is feasible and optimal."""
+        return self._end.solved
+
+    def get_solution_result(self) -> SolutionResult:
+        """Return the outcome as Drake names it."""
+        success = SolutionResult.kSolutionFound
+        other = _RESULTS.get(self._end.status, SolutionResult.kSolverSpecificError)
+        return success if self._end.solved else other
+
+    def get_solver_id(self) -> SolverId:
+        """Return the id of ``newton``."""
+        return NewtonSolver.id()
+
+    def get_solver_details(self) -> NewtonDetails:
+        """Return status and iterations."""
+        return NewtonDetails(self._end.status, self._end.iterations)
+
+    def get_x_val(self) -> FloatArray:
+        """Return all decision variables (n,)."""
+        return self._x
+
+    def get_optimal_cost(self) -> float:
+        """Return the cost at the point."""
+        return self._cost
+
+    def GetSolution(self, variables: Any = None) -> Any:  # noqa: N802, Drake's name
+        """Return the values of some variables, in the shape that they are given; of all by default.
+
+        Raises
+        ------
+        KeyError
+            If one is no decision variable of the program.
+        """
+        if variables is None:
+            return self._x
+        values = np.vectorize(lambda one: self._x[self._index[one.get_id()]], otypes=[float])
+        found = values(variables)
+        return found if np.ndim(variables) else float(found)
+
+    def GetDualSolution(self, binding: Binding) -> FloatArray:  # noqa: N802, Drake's name
+        """Return d cost / d bound (m,) of a constraint, positive where a lower bound holds it.
+
+        Raises
+        ------
+        KeyError
+            If the constraint is not in the program.
+        """
+        return self._duals[binding_key(binding)]
+
+
+class NewtonSolver(SolverInterface):  # type: ignore[misc]  # Drake's classes have no types
+    """Newton steps with exact second derivatives, in the words of Drake's solvers.
+
+    ``Solve(prog, initial_guess, solver_options)`` takes linear, quadratic and generic costs and
+    constraints, bounding boxes and second-order cones. Options, set for ``NewtonSolver.id()``, are
+    those of `newton.interior_point.Goal`. Drake lets Python fill no MathematicalProgramResult with
+    duals; therefore the result is of a class of its own with the same methods.
+
+    Parameters
+    ----------
+    duals : mapping of str to array, optional
+        d cost / d bound by description of the constraint, of a program like the one to be solved
+        whose solution is the initial guess: a warm start.
+    """
+
+    def __init__(self, duals: Mapping[str, FloatArray] | None = None) -> None:
+        SolverInterface.__init__(self)
+        self._warm = dict(duals or {})
+
+    @staticmethod
+    def id() -> SolverId:
+        """Return the id of the solver."""
+        return SolverId(NAME)
+
+    def solver_id(self) -> SolverId:
+        """Return the id of the solver."""
+        return self.id()
+
+    def SolverName(self) -> str:  # noqa: N802, Drake's name
+        """Return ``newton``."""
+        return NAME
+
+    def available(self) -> bool:
+        """Return True: it comes with this package."""
+        return True
+
+    def enabled(self) -> bool:
+        """Return True: it needs no licence."""
+        return True
+
+    def AreProgramAttributesSatisfied(self, prog: MathematicalProgram) -> bool:  # noqa: N802
+        """Return whether everything in a program can be honoured."""
+        return unsupported(prog) is None
+
+    def ExplainUnsatisfiedProgramAttributes(self, prog: MathematicalProgram) -> str:  # noqa: N802
+        """Return what cannot be honoured; nothing if all can."""
+        return unsupported(prog) or ""
+
+    def Solve(  # noqa: N802, Drake's name
+        self,
+        prog: MathematicalProgram,
+        initial_guess: FloatArray | None = None,
+        solver_options: SolverOptions | None = None,
+    ) -> NewtonResult:
+        """Minimise from a guess.
+
+        Parameters
+        ----------
+        prog : MathematicalProgram
+        initial_guess : (n,) array, optional
+            By default that of the program, 0 where it has none.
+        solver_options : SolverOptions, optional
+            Besides those of the program.
+
+        Returns
+        -------
+        NewtonResult
+            Solved or not.
+
+        Raises
+        ------
+        UnsupportedProgram
+            If something in the program cannot be honoured.
+        ValueError
+            On an unknown option.
+        """
+        functions = ProgramFunctions(prog)
+        guess = prog.initial_guess() if initial_guess is None else initial_guess
+        start = np.nan_to_num(np.asarray(guess, dtype=float).ravel())
+        problem, goal = functions.problem(), _goal(prog, solver_options)
+        if not self._warm:
+            end = minimise(problem, start, goal)
+        else:
+            end = _warm(problem, start, functions.duals_from_names(self._warm), goal)
+        return NewtonResult(prog, functions, end)
+
+
+def _goal(prog: MathematicalProgram, options: SolverOptions | None) -> Goal:
+    """Return the goal that options ask for, those of the call before those of the program."""
+    given: dict[str, Any] = {}
+    for source in (prog.solver_options(), options):
+        given |= source.options.get(NAME, {}) if source else {}
+    known = [item.name for item in fields(Goal)]
+    for name in given:
+        if name not in known:
+            raise ValueError(f"newton has no option {name!r}: it has {', '.join(known)}")
+    return Goal(**given)
+
+
+def _warm(problem: NonlinearProgram, start: FloatArray, duals: Duals, goal: Goal) -> End:
+    """Return where the active set leads, else where a low barrier does; all steps counted."""
+    spent = 0
+    if len(start) <= _FEW_VARIABLES:
+        end = follow(problem, start, duals)
+        if end.solved:
+            return end
+        spent = end.iterations
+    end = minimise(problem, start, goal, duals)
+    return End(end.x, end.duals, end.solved, end.status, spent + end.iterations)

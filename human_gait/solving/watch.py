@@ -1,0 +1,124 @@
+"""Following a solve through its evaluations: count, keep the best, tell, stop on request."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from human_gait.arrays import FloatArray
+from human_gait.problem.program import GaitProgram
+from human_gait.problem.violation import Violation
+
+FEASIBLE = 1e-4
+"""Largest violation, in the unit of its constraint, of an iterate that counts as feasible."""
+
+
+@dataclass(frozen=True)
+class Iterate:
+    """One evaluated point on the way.
+
+    Attributes
+    ----------
+    stage : str
+        ``posture`` or ``torque``.
+    number : int
+        How many points have been evaluated.
+    elapsed : float, [s]
+    cost : float, [N^2 m^2 s]
+    worst : Violation
+    free : (m * 55,) array
+        Free control points.
+    """
+
+    stage: str
+    number: int
+    elapsed: float
+    cost: float
+    worst: Violation
+    free: FloatArray
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint is kept to within ``FEASIBLE``."""
+        return self.worst.value <= FEASIBLE
+
+
+class Interrupted(Exception):
+    """Leave the solver: the user wants to stop."""
+
+
+class Watch:
+    """Follow a program through its evaluations.
+
+    Attributes
+    ----------
+    stage : str
+        What is solved now, as in `Iterate`.
+    count : int
+    best : Iterate or None
+    stop : bool
+        Whether the user asked to stop: the next evaluation raises `Interrupted`.
+    """
+
+    def __init__(self, program: GaitProgram, tell: Callable[[Iterate], None] | None) -> None:
+        self.program, self.tell = program, tell
+        self.started = time.perf_counter()
+        self.stage = "posture"
+        self.count = 0
+        self.best: Iterate | None = None
+        self.stop = False
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the beginning, [s]."""
+        return time.perf_counter() - self.started
+
+    def __call__(self, free: FloatArray) -> None:
+        """Take note of a point that is evaluated."""
+        if self.stop:
+            raise Interrupted
+        self.count += 1
+        cost = self.program.cost(free)[0]
+        worst = max(self.program.violations(free), key=lambda violation: violation.value)
+        now = Iterate(self.stage, self.count, self.elapsed, cost, worst, free.copy())
+        if self.best is None or _rank(now) < _rank(self.best):
+            self.best = now
+        if self.tell:
+            self.tell(now)
+
+
+def _rank(iterate: Iterate) -> tuple[float, float]:
+    """Return what is smaller for a better iterate: violation first, then cost."""
+    return max(iterate.worst.value, FEASIBLE), iterate.cost
+
+
+@contextmanager
+def watched(program: GaitProgram, tell: Callable[[Iterate], None] | None = None) -> Iterator[Watch]:
+    """Yield the watch of a program; Ctrl-C stops it at its next evaluation, not the process."""
+    watch = Watch(program, tell)
+    program.functions.watched_by(watch)
+    try:
+        with _interruptible(watch):
+            yield watch
+    finally:
+        program.functions.observe = None
+
+
+@contextmanager
+def _interruptible(watch: Watch) -> Iterator[None]:
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def ask_to_stop(*_: object) -> None:
+        watch.stop = True
+
+    before = signal.signal(signal.SIGINT, ask_to_stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
