@@ -1,10 +1,10 @@
 """Draw the wings of the package and what imports what -> docs/images/wings.svg.
 
 The rows are the layers of the contract in pyproject.toml, the arrows come from the import
-statements (grimp, which import-linter uses, too), the words from the docstrings of the wings. An
-arrow that follows from others is left out. Layout: Sugiyama et al. (1981), with an arrow over
-several rows as a chain of points, one for each row; the order in a row by the mean of the
-neighbours, the places by least squares.
+statements (grimp, which import-linter uses, too; a type that is named is no dependency), the words
+from the docstrings of the wings. An arrow that follows from others is left out. Layout: Sugiyama et
+al. (1981), with an arrow over several rows as a chain of points, one for each row; the order in a
+row by the mean of the neighbours, the places by least squares.
 
     python docs/architecture.py
 """
@@ -56,7 +56,12 @@ def reduced(all_arrows: set[Arrow]) -> list[Arrow]:
         below[upper].add(lower)
 
     def reached(name: str) -> set[str]:
-        return below[name].union(*(reached(lower) for lower in below[name]))
+        found, ahead = set(), [name]
+        while ahead:
+            new = below[ahead.pop()] - found
+            found |= new
+            ahead += new
+        return found
 
     def follows(upper: str, lower: str) -> bool:
         return any(lower in reached(other) for other in below[upper] - {lower})
