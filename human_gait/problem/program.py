@@ -114,14 +114,16 @@ class GaitProgram:
         grid = scenario.discretisation
         if basis is None:
             basis = Basis.uniform(step_cycle(scenario.walk), grid.control_points, grid.mirrored)
+        # what is asked for
         self.scenario, self.dynamics, self.basis, self.friction = scenario, dynamics, basis, False
+        self.own_costs, self.own_constraints = tuple(costs), tuple(constraints)
+        # functions of control points, and their values at the first guess
         self.functions = WalkFunctions(scenario, basis, dynamics)
         self.times, plan = self.functions.times, self.functions.walker.plan
-        self.limits = joint_limits(scenario)
-        self.symmetry = _symmetry_rows(scenario, basis)
+        self.limits, self.symmetry = joint_limits(scenario), _symmetry_rows(scenario, basis)
         self._guess = self.guess()
         self._at_guess = self.functions.evaluated(self._guess)
-        self.own_costs, self.own_constraints = tuple(costs), tuple(constraints)
+        # the problem: terms, constraints, units of the variables, and Drake's program of them
         self.terms = objective(scenario) + [_term(cost) for cost in costs]
         self.constraints = paper_constraints(scenario, plan, self.times)
         self.constraints += [own.constraint(self._at_guess) for own in constraints]
