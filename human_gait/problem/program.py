@@ -133,6 +133,12 @@ class GaitProgram:
             scaled = TermOfWalk(self._curvature, term, COST_SCALE)
             add_term(self.torques.prog, scaled, self.variables)
 
+    def __repr__(self) -> str:
+        size = f"{len(self.variables)} variables, {self.n_constraint_rows} constraint rows"
+        own = [one.name for one in (*self.own_costs, *self.own_constraints)]
+        added = f", own: {', '.join(own)}" if own else ""
+        return f"GaitProgram({self.scenario.name!r}: {size}, dynamics by {self.dynamics}{added})"
+
     @property
     def variables(self) -> FloatArray:
         """The free control points, row by row, in parts of `unit`: (m * 55,) of Variable."""
