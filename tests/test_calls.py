@@ -282,3 +282,27 @@ def test_a_report_takes_gaits_and_folders(walk, saved, tmp_path):
     assert hg.report(str(saved)) == saved / "report.html"
     alone = hg.report(walk, out=str(tmp_path / "alone.html"))
     assert alone.stat().st_size > 100_000
+
+
+def pelvis(motion):
+    by_q = np.zeros((len(motion.t), 1, 55))
+    by_q[:, 0, 1] = 1.0
+    return hg.Rows(motion.q[:, 1:2], by_q=by_q)
+
+
+@pytest.mark.solve
+def test_a_walk_with_a_cost_and_a_constraint_of_ones_own_is_kept(walk, tmp_path):
+    """Neither goes into a file: what is saved knows the cost that was found and the rest."""
+    own = hg.RunningCost("sway", pelvis, weight=1e5)
+    held = hg.PathConstraint("narrow", pelvis, -0.015, 0.015, "m")
+    found = hg.predict(TASK, warm_from=walk, costs=[own], constraints=[held])
+    assert np.abs(found["pelvis_tx"]).max() < np.abs(walk["pelvis_tx"]).max()
+    folder = found.save(tmp_path / "own")
+    summary = json.loads((folder / SUMMARY).read_text())
+    assert summary["cost"] == found.solution["cost"] > walk.solution["cost"]
+    assert summary["success"] is True
+    again = hg.load(folder)
+    assert again == found
+    assert again.multipliers.keys() == found.multipliers.keys() >= {"narrow"}
+    assert hg.explain(found).bounds
+    assert hg.predict(TASK, warm_from=again).solution["success"]
