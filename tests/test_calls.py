@@ -172,7 +172,10 @@ def test_saving_replaces_a_result_and_leaves_other_files(tmp_path):
     assert {GAIT_FILE, SUMMARY, GAIT_CYCLE, EXPLANATION} <= {p.name for p in tmp_path.iterdir()}
 
 
-@pytest.mark.parametrize("call", [hg.load, hg.verify, hg.compare, hg.explain, hg.play, hg.report])
+OF_RESULTS = (hg.load, hg.verify, hg.compare, hg.explain, hg.play, hg.report, hg.bspline_trajectory)
+
+
+@pytest.mark.parametrize("call", OF_RESULTS)
 def test_a_path_without_a_result_is_one_line(call, tmp_path):
     with pytest.raises(hg.ResultError) as caught:
         call(tmp_path / "nowhere")
@@ -180,7 +183,7 @@ def test_a_path_without_a_result_is_one_line(call, tmp_path):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("call", [hg.predict, hg.pinocchio_model, hg.drake_plant])
+@pytest.mark.parametrize("call", [hg.predict, hg.build_program, hg.pinocchio_model, hg.drake_plant])
 def test_a_path_without_a_scenario_is_one_line(call):
     with pytest.raises(hg.ScenarioError, match=r"nowhere\.toml: cannot be read"):
         call("nowhere.toml")
@@ -189,6 +192,14 @@ def test_a_path_without_a_scenario_is_one_line(call):
 def test_an_unknown_solver_is_refused_before_anything_is_read():
     with pytest.raises(ValueError, match="choose one of newton, snopt, ipopt"):
         hg.predict("nowhere.toml", solver="nowton")
+
+
+def test_a_trajectory_of_drake_and_a_problem_by_path(tmp_path):
+    folder = GAIT.save(tmp_path / "guess")
+    found = hg.bspline_trajectory(str(folder))
+    np.testing.assert_allclose(found.value(0.2)[:, 0], GAIT.q(0.2), atol=1e-12)
+    (tmp_path / "own.toml").write_text(GAIT.scenario.to_toml())
+    assert hg.build_program(tmp_path / "own.toml").scenario == GAIT.scenario
 
 
 # A prediction
