@@ -20,7 +20,14 @@ from human_gait.settings import Setting, all_settings
 
 ROOT = Path(__file__).resolve().parent.parent
 EMPTY = re.compile(r'\s\N{EN DASH}\s*<div class="doc-md-description">\s*</div>')
-WINGS = [name for row in layers() for name in row if name != "cli"]  # the README has the commands
+INSIDE = {
+    "arguments",
+    "cli",
+    "console",
+    "exits",
+    "late",
+}  # of the command, which the README explains
+WINGS = [name for row in layers() for name in row if name not in INSIDE]
 
 
 def on_files(files: Any, config: Any) -> Any:
