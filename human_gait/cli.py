@@ -1,7 +1,8 @@
 """The command ``human-gait``: predict, verify, explain, play, plot, compare, report, export ...
 
 Exit codes: 0 done, 1 no solution found, no walk or the solve interrupted (its best gait is kept), 2
-bad input or a result that cannot be written, 130 interrupted elsewhere. An error is one line.
+bad input or a result that cannot be written, 130 interrupted elsewhere. An error is one line; of a
+scenario, each has one.
 Solvers, plots and viewers are imported by the command that needs them: ``--help`` stays quick.
 """
 

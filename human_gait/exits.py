@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import typer
 
@@ -12,6 +12,7 @@ NO_SOLUTION = 1
 BAD_INPUT = 2
 INTERRUPTED = 130
 LONGEST_MESSAGE = 500
+MOST_ERRORS = 20
 
 
 def complain(message: object, code: int) -> int:
@@ -23,6 +24,15 @@ def complain(message: object, code: int) -> int:
     return code
 
 
+def complain_of_each(errors: Sequence[ScenarioError]) -> int:
+    """Print what is wrong with a scenario, a line each, and return the exit code."""
+    for error in errors[:MOST_ERRORS]:
+        complain(error, BAD_INPUT)
+    if errors[MOST_ERRORS:]:
+        complain(f"and {len(errors) - MOST_ERRORS} more", BAD_INPUT)
+    return BAD_INPUT
+
+
 def exit_code(command: Callable[[], int | None]) -> int:
     """Run a command and return its exit code; an error that a user can cause is one line."""
     try:
@@ -32,7 +42,7 @@ def exit_code(command: Callable[[], int | None]) -> int:
     except typer.BadParameter as error:
         return complain(error.format_message().replace("Value error, ", ""), BAD_INPUT)
     except ScenarioError as error:
-        return max(complain(each, BAD_INPUT) for each in error.errors)
+        return complain_of_each(error.errors)
     except (GaitError, typer.TyperException, OSError) as error:
         return complain(error, BAD_INPUT)
     except MemoryError:

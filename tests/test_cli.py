@@ -11,6 +11,7 @@ from walking import guessed_gait
 
 from human_gait import cli, exits
 from human_gait.exceptions import ModelError, NoSolutionFound, ResultError
+from human_gait.scenario import scenario_file
 from human_gait.walk.gait_file import save_gait
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -370,3 +371,39 @@ def test_the_choices_are_those_of_the_rooms():
     assert tuple(cli.DynamicsName) == ENGINES
     assert tuple(cli.SolverName) == SOLVERS
     assert tuple(cli.SolverChoice) == (*SOLVERS, "all")
+
+
+# --- scenarios by name, and all that is wrong with one
+
+
+def test_a_shipped_scenario_is_predicted_by_name_and_its_file_told(here, capsys, prediction):
+    assert cli.run(["predict", "backpack-20"]) == 0
+    assert prediction[0][:3] == ("backpack-20", "newton", Path("out/backpack-20"))
+    assert capsys.readouterr().out == f"scenario: {scenario_file('backpack-20')}\n"
+    (here / "backpack-20").write_text('name = "own"\n' + WALK)
+    assert cli.run(["predict", "backpack-20"]) == 0
+    assert prediction[1][0] == "own"
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.usefixtures("here")
+def test_everything_that_is_wrong_with_a_scenario_is_told_in_a_line_each(capsys, prediction):
+    Path("bad.toml").write_text("[walk]\nspeed = 9\n[load]\nmass = '3 m'\n\"a\\nb\" = 1\n")
+    assert cli.run(["predict", "bad.toml"]) == cli.BAD_INPUT
+    lines = capsys.readouterr().err.splitlines()
+    told = [("walk.speed = 9", "3 m/s"), ("walk.step_length", "missing"), ("load.a b", "unknown")]
+    told.append(('load.mass = "3 m"', "a mass is wanted"))
+    assert len(lines) == len(told)
+    assert all(line.startswith("error: bad.toml: ") for line in lines)
+    for key, words in told:
+        assert any(key in line and words in line for line in lines)
+    assert prediction == []
+
+
+@pytest.mark.usefixtures("here")
+def test_of_thousands_of_errors_some_are_told(capsys):
+    Path("bad.toml").write_text("[limits]\n" + "".join(f"a{i} = 1\n" for i in range(3000)) + WALK)
+    assert cli.run(["predict", "bad.toml"]) == cli.BAD_INPUT
+    *lines, last = capsys.readouterr().err.splitlines()
+    assert len(lines) == cli.MOST_ERRORS
+    assert last == f"error: and {3000 - cli.MOST_ERRORS} more"

@@ -15,7 +15,7 @@ from human_gait.checks.check import Check
 from human_gait.checks.verification import verify
 from human_gait.problem.constraints import LIMITS, SYMMETRY
 from human_gait.problem.program import build_program
-from human_gait.reporting.check_tables import checks
+from human_gait.reporting import check_tables as tables
 from human_gait.reporting.outcome import Finding
 from human_gait.solving.diagnosis import not_kept, suggestions, violation_text
 from human_gait.solving.shadow_prices import influences
@@ -135,7 +135,7 @@ def of_reports(found):
     fields = "name", "unit", "value", "limit", "time", "equation"
     findings = [Finding(**{key: getattr(check, key) for key in fields}) for check in found]
     result = SimpleNamespace(label="a", outcome=SimpleNamespace(checks=findings))
-    return [" ".join(cell.text for cell in row) for row in checks([result]).rows]
+    return [" ".join(cell.text for cell in row) for row in tables.checks([result]).rows]
 
 
 def everything_said(walks):

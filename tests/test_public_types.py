@@ -10,7 +10,10 @@ import pytest
 
 import human_gait as hg
 
-WITHOUT_TYPES = {"pinocchio_model", "Gait.to_dataframe", "Scenario.replace"}
+WITHOUT_TYPES = {
+    *("pinocchio_model", "Body.model", "Body.pinocchio_model"),
+    *("Gait.to_dataframe", "Scenario.replace"),
+}
 """What returns a thing of a package that has no types, or takes settings of any type."""
 
 CLASSES = sorted(name for name in hg.__all__ if inspect.isclass(getattr(hg, name)))

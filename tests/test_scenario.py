@@ -511,6 +511,22 @@ def test_a_name_that_is_no_dof_is_refused_with_the_nearest(tmp_path):
     assert Limits(frozen=("pelvis_rx",)).frozen_dofs(DOF_NAMES) == ("pelvis_rx",)
 
 
+def test_all_names_that_are_no_dof_are_told_at_once():
+    limits = Limits(("a", "b"), (DofRange("c", 0.0, 1.0), DofRange("d", 0.0, 1.0)))
+    for ask, names in ((limits.frozen_dofs, "ab"), (limits.ranges_si, "cd")):
+        with pytest.raises(ScenarioError) as caught:
+            ask(DOF_NAMES)
+        assert len(caught.value.errors) == 2
+        assert all(name in str(e) for name, e in zip(names, caught.value.errors, strict=True))
+
+
+def test_thousands_of_unknown_settings_are_refused_quickly():
+    table = {"walk": {"speed": 1.2, "step_length": 0.7}, **{f"w{i}": 1 for i in range(5000)}}
+    with pytest.raises(ScenarioError) as caught:
+        Scenario.from_dict(table)
+    assert len(caught.value.errors) < 100
+
+
 def test_a_long_list_of_known_names_is_cut():
     names = [f"dof_{number}" for number in range(55)]
     with pytest.raises(ScenarioError, match=r"known are dof_0, .*, \.\.\.$"):

@@ -8,7 +8,7 @@ from urllib.request import url2pathname
 
 import jsonschema
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from human_gait import cli
@@ -191,6 +191,7 @@ def test_every_line_with_a_setting_can_be_uncommented(here):
 SAME = st.sampled_from(sorted(shipped_scenarios()))
 
 
+@settings(max_examples=30)
 @given(SAME, st.floats(1.3, 1.9), st.sampled_from(["male", "female"]), st.integers(6, 9))
 def test_whatever_the_template_holds_is_kept(tmp_path_factory, template, stature, sex, points):
     folder = tmp_path_factory.getbasetemp()
@@ -338,6 +339,7 @@ def near(setting):
     return st.lists(number | ODD, min_size=2, max_size=4) if setting.count > 1 else number
 
 
+@settings(max_examples=600)  # of 38 settings
 @given(st.sampled_from(FIXED), st.data())
 def test_an_editor_marks_what_the_loader_refuses_and_nothing_else(setting, data):
     value = data.draw(near(setting) | ODD | st.lists(ODD, max_size=3))

@@ -97,7 +97,7 @@ def test_copies_are_equal_and_without_caches(copied):
 
 
 WINGS = ("body", "dynamics", "walk", "checks", "export")
-NOT_COMPARED = {"Instants", "SecondDerivatives", "Adjoint", "Gait", "Samples"}
+NOT_COMPARED = {"Instants", "SecondDerivatives", "Adjoint"}  # parts of one evaluation
 
 
 def classes_of(wing):

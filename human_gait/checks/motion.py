@@ -6,7 +6,7 @@ import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.limits import joint_limits
-from human_gait.body.skeleton import index
+from human_gait.body.skeleton import SIDES, index
 from human_gait.checks.check import BETWEEN, EQUAL, Check, Claim, Kind
 from human_gait.checks.engines import Mechanics
 from human_gait.walk.contact_plan import HEEL, LEFT, RIGHT, TOE, ContactPlan
@@ -123,7 +123,7 @@ def arms(gait: Gait, now: Samples) -> Check:
     """Arm and leg of a side swing in opposite directions, Eq. (27)."""
     flexions = [
         [now.q[:, index(f"{joint}_{side}")] for joint in ("shoulder_flexion", "hip_flexion")]
-        for side in "rl"
+        for side in SIDES
     ]
     together = np.maximum([arm * leg for arm, leg in flexions], 0.0).T
     limit = BETWEEN * gait.scenario.tolerances.arm_leg

@@ -11,11 +11,11 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
 from human_gait.exceptions import ResultError
+from human_gait.people.comparison_table import comparison_table
 from human_gait.people.pictures import compare_figure
 from human_gait.people.reference import Cycle, Reference, Score, references_near, scores
 from human_gait.people.spatiotemporal import StepScore, step_scores
@@ -30,23 +30,10 @@ from human_gait.results.names import (
 from human_gait.results.reading import read_json
 from human_gait.values import Value
 from human_gait.walk.gait import Gait
-from human_gait.walk.gait_cycle import gait_cycle, label_and_unit, load_gait_cycle
+from human_gait.walk.gait_cycle import gait_cycle, load_gait_cycle
 from human_gait.walk.gait_file import load_gait
 
 _WIDTH = 120  # signs in a line of the table, where there is no terminal
-_COLUMNS = (
-    "r",
-    "RMSE",
-    "means\nout",
-    "predicted\nrange",
-    "measured\nrange",
-    "peak\n[%]",
-    "in 1, 2\nSD [%]",
-)
-_UNITS = (
-    "Angles in deg, moments in N m/kg, forces in BW. RMSE as it is and with the means taken out; "
-    "time of the peak, predicted and measured; share of the time within 1 and 2 SD of the mean."
-)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -162,57 +149,6 @@ def _positive(path: Path, summary: object, key: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 1e-3 < value < 1e3:
         raise ResultError(f"{path}: {key} must be a number above 0, of a walk")
     return float(value)
-
-
-def comparison_table(comparison: Comparison) -> Table:
-    """Return the scores as a table, one section for each reference."""
-    heading = f"{comparison.speed:.2f} m/s, steps of {comparison.step_length:.2f} m"
-    table = Table(
-        title=f"Predicted against measured gait: {heading}",
-        caption="\n".join([_UNITS, *map(_sentence, comparison.step_scores)]),
-        caption_justify="left",
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
-    )
-    table.add_column("curve")
-    for name in _COLUMNS:
-        table.add_column(name, justify="right", no_wrap=True)
-    for reference in comparison.references:
-        over = "stance" if reference.stance_only else "gait cycle"
-        table.add_section()
-        table.add_row(f"[bold]{reference.label}, {over}[/bold]")
-        for score in comparison.scores:
-            if score.reference == reference.name:
-                table.add_row(*_cells(score))
-    return table
-
-
-def _cells(score: Score) -> tuple[str, ...]:
-    label, unit = label_and_unit(score.curve)
-    digits = 1 if unit == "deg" else 2
-    shares = (100.0 * score.within_1sd, 100.0 * score.within_2sd)
-    return (
-        label,
-        f"{score.r:.2f}" if math.isfinite(score.r) else "-",
-        f"{score.rmse:.{digits}f}",
-        f"{score.rmse_offset_free:.{digits}f}",
-        _pair(score.predicted_range, digits),
-        _pair(score.measured_range, digits),
-        _pair((score.predicted_peak_percent, score.measured_peak_percent), 0),
-        _pair(shares, 0),
-    )
-
-
-def _pair(values: tuple[float, float], digits: int) -> str:
-    return ", ".join(f"{value:.{digits}f}" for value in values)
-
-
-def _sentence(step: StepScore) -> str:
-    return (
-        f"{step.name.capitalize()} {step.predicted:.3g} {step.unit}, measured {step.measured:.3g}"
-        f" ({step.lower:.3g} to {step.upper:.3g}): {step.basis}."
-    )
 
 
 def save_comparison(comparison: Comparison, folder: str | Path) -> None:

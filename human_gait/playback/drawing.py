@@ -29,6 +29,13 @@ from scipy.spatial import ConvexHull
 from human_gait.arrays import FloatArray, IntArray
 
 _UUID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
+COLOURS = {  # of a scene; the feet: two of Okabe and Ito's
+    "right": 0xD55E00,
+    "left": 0x0072B2,
+    "zmp": 0xE3008C,
+    "support": 0xF0C000,
+}
+
 _TRACK_TYPES = {
     "position": "vector3",
     "scale": "vector3",

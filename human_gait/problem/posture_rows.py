@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from human_gait.arrays import FloatArray, IntArray
-from human_gait.body.skeleton import SIDES, SIDES_IN_WORDS, index
+from human_gait.body.skeleton import SIDES_IN_WORDS, index
 from human_gait.problem.residual import Constraint, Demand, Residual, Tolerance, same_words
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
@@ -81,7 +81,7 @@ def arm_leg_coupling(scenario: Scenario, on: IntArray) -> Constraint:
     Relaxed by a small amount: where both angles pass zero together the gradient vanishes.
     """
     joints = ("shoulder_flexion", "hip_flexion")
-    pairs = np.array([[index(f"{joint}_{side}") for joint in joints] for side in SIDES])
+    pairs = np.array([[index(f"{joint}_{side}") for joint in joints] for side in "rl"])
     k = np.repeat(on, 2)
     columns = np.tile(pairs, (len(on), 1))
     upper = np.full(len(k), scenario.tolerances.arm_leg)

@@ -86,16 +86,14 @@ class Limits(Section):
 
     def frozen_dofs(self, dof_names: Sequence[str]) -> tuple[str, ...]:
         """Return the names of the DOF held at zero, all of them among `dof_names`."""
-        for name in self.frozen:
-            if name not in dof_names:
-                raise unknown("limits.frozen", name, dof_names, f"DOF {name!r}")
+        strange = [name for name in self.frozen if name not in dof_names]
+        refuse([unknown("limits.frozen", name, dof_names, f"DOF {name!r}") for name in strange])
         return self.frozen
 
     def ranges_si(self, dof_names: Sequence[str]) -> dict[str, tuple[float, float]]:
         """Return lower and upper limit [rad] or [m] by name, all of them among `dof_names`."""
-        for limited in self.ranges:
-            if limited.name not in dof_names:
-                raise unknown(self.dotted(limited.name), limited.name, dof_names, "DOF")
+        strange = [limited.name for limited in self.ranges if limited.name not in dof_names]
+        refuse([unknown(self.dotted(name), name, dof_names, "DOF") for name in strange])
         return {limited.name: _in_si(limited) for limited in self.ranges}
 
 

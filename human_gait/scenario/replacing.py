@@ -67,9 +67,6 @@ def full_key(whole: type[Section], name: str) -> str:
         raise ScenarioError(name, f"could be several settings: say {' or '.join(meant)}")
     bare = {key.partition(".")[2]: key for key in dotted}
     near = nearest(name, [*whole.kinds(), *bare])
-    full = bare.get(near[0]) if near else None
-    raise (
-        ScenarioError(name, f"unknown setting, did you mean {full}?")
-        if full
-        else unknown(name, name, [*whole.kinds(), *dotted], "setting")
-    )
+    if near and near[0] in bare:
+        raise ScenarioError(name, f"unknown setting, did you mean {bare[near[0]]}?")
+    raise unknown(name, name, [*whole.kinds(), *dotted], "setting")

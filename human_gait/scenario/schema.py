@@ -30,6 +30,7 @@ S = TypeVar("S")
 
 SHOWN_NAMES = 10  # the sections of a scenario, or the settings of any one section
 _LONGEST_REPR = 100
+_MOST_UNKNOWN = 50  # of one table: more are no slips, and to look up each takes time
 
 
 @dataclass_transform(
@@ -140,7 +141,7 @@ class Section:
         """Return the errors for keys that nobody knows, and what they were probably meant to be."""
         kinds = cls.kinds()
         known = [*kinds, *cls.inner_keys()]
-        names = [str(name) for name in table if name not in kinds]
+        names = [str(name) for name in table if name not in kinds][:_MOST_UNKNOWN]
         errors = [unknown(cls.dotted(name), name, known, "setting") for name in names]
         return errors, {key for name in names for key in nearest(name, known)}
 

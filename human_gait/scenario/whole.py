@@ -85,6 +85,8 @@ class Scenario(Section):
     def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Self:
         """Return the scenario with some settings changed, all others as they are.
 
+        Another sex leaves stature and mass as they are: ``subject=Subject.default("female")``.
+
         Parameters
         ----------
         changes, **more

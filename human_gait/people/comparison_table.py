@@ -1,0 +1,81 @@
+"""How a walk compares with measured people, as a table for a terminal."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from human_gait.people.reference import Score
+from human_gait.people.spatiotemporal import StepScore
+from human_gait.walk.gait_cycle import label_and_unit
+
+if TYPE_CHECKING:
+    from human_gait.people.comparison import Comparison
+
+_COLUMNS = (
+    "r",
+    "RMSE",
+    "means\nout",
+    "predicted\nrange",
+    "measured\nrange",
+    "peak\n[%]",
+    "in 1, 2\nSD [%]",
+)
+_UNITS = (
+    "Angles in deg, moments in N m/kg, forces in BW. RMSE as it is and with the means taken out; "
+    "time of the peak, predicted and measured; share of the time within 1 and 2 SD of the mean."
+)
+
+
+def comparison_table(comparison: Comparison) -> Table:
+    """Return the scores as a table, one section for each reference."""
+    heading = f"{comparison.speed:.2f} m/s, steps of {comparison.step_length:.2f} m"
+    table = Table(
+        title=f"Predicted against measured gait: {heading}",
+        caption="\n".join([_UNITS, *map(_sentence, comparison.step_scores)]),
+        caption_justify="left",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+    )
+    table.add_column("curve")
+    for name in _COLUMNS:
+        table.add_column(name, justify="right", no_wrap=True)
+    for reference in comparison.references:
+        over = "stance" if reference.stance_only else "gait cycle"
+        table.add_section()
+        table.add_row(f"[bold]{reference.label}, {over}[/bold]")
+        for score in comparison.scores:
+            if score.reference == reference.name:
+                table.add_row(*_cells(score))
+    return table
+
+
+def _cells(score: Score) -> tuple[str, ...]:
+    label, unit = label_and_unit(score.curve)
+    digits = 1 if unit == "deg" else 2
+    shares = (100.0 * score.within_1sd, 100.0 * score.within_2sd)
+    return (
+        label,
+        f"{score.r:.2f}" if math.isfinite(score.r) else "-",
+        f"{score.rmse:.{digits}f}",
+        f"{score.rmse_offset_free:.{digits}f}",
+        _pair(score.predicted_range, digits),
+        _pair(score.measured_range, digits),
+        _pair((score.predicted_peak_percent, score.measured_peak_percent), 0),
+        _pair(shares, 0),
+    )
+
+
+def _pair(values: tuple[float, float], digits: int) -> str:
+    return ", ".join(f"{value:.{digits}f}" for value in values)
+
+
+def _sentence(step: StepScore) -> str:
+    return (
+        f"{step.name.capitalize()} {step.predicted:.3g} {step.unit}, measured {step.measured:.3g}"
+        f" ({step.lower:.3g} to {step.upper:.3g}): {step.basis}."
+    )
