@@ -225,6 +225,15 @@ def test_a_page_that_asks_a_server_is_refused(html):
     assert pages.foreign('<a href="https://example.org">x</a><script src="x.js"></script>') == []
 
 
+def test_the_page_of_own_costs_has_every_example():
+    text = pages.own_costs_page()
+    examples = list((ROOT / "docs" / "examples").glob("*.py"))
+    assert examples
+    for example in examples:
+        assert example.read_text(encoding="utf-8") in text
+    assert "hg.PathConstraint(" in text.split("## ")[0]
+
+
 def test_long_names_in_tables_may_break_and_others_not():
     long = "<td><code>test_dh.py::test_frames_follow_the_tree</code> <code>a_b</code></td>"
     found = pages.breakable(long)
