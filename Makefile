@@ -103,7 +103,7 @@ check: $(TEST)
 
 docs: $(DOCS)
 	@$(BIN)/python docs/architecture.py >/dev/null
-	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs --quiet build --strict
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 	@echo "build/docs/index.html"
 
 pins: setup

@@ -34,7 +34,8 @@ def layers() -> list[list[str]]:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     contracts = settings["tool"]["importlinter"]["contracts"]
     whole = next(one for one in contracts if one.get("containers") == ["human_gait"])
-    return [[name.strip(" ()") for name in row.split("|")] for row in whole["layers"]]
+    rows = [[name.strip(" ()") for name in row.split("|")] for row in whole["layers"]]
+    return [row for row in rows if row != ["__main__"]]  # it only calls `cli`
 
 
 def arrows() -> set[Arrow]:
@@ -42,7 +43,7 @@ def arrows() -> set[Arrow]:
     graph = grimp.build_graph("human_gait", exclude_type_checking_imports=True, cache_dir=None)
     pairs = (
         (importer.split(".")[1], imported.split(".")[1])
-        for importer in graph.modules - {"human_gait"}
+        for importer in graph.modules - {"human_gait", "human_gait.__main__"}
         for imported in graph.find_modules_directly_imported_by(importer)
         if imported != "human_gait"
     )

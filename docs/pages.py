@@ -20,7 +20,14 @@ from human_gait.settings import Setting, all_settings
 
 ROOT = Path(__file__).resolve().parent.parent
 EMPTY = re.compile(r'\s\N{EN DASH}\s*<div class="doc-md-description">\s*</div>')
-WINGS = [name for row in layers() for name in row if name != "cli"]  # the README has the commands
+INSIDE = {
+    "arguments",
+    "cli",
+    "console",
+    "exits",
+    "late",
+}  # of the command, which the README explains
+WINGS = [name for row in layers() for name in row if name not in INSIDE]
 
 
 def on_files(files: Any, config: Any) -> Any:
@@ -92,6 +99,7 @@ def pages() -> dict[str, str]:
     return {
         "settings.md": settings_page(),
         "tutorial.md": tutorial_page(),
+        "own-costs.md": own_costs_page(),
         "contributing.md": root_page("CONTRIBUTING.md"),
         "changelog.md": root_page("CHANGELOG.md"),
         "reference/index.md": public_page(),
@@ -105,6 +113,18 @@ def root_page(name: str) -> str:
     return text.replace("](README.md)", "](index.md)").replace(
         "](CONTRIBUTING.md", "](contributing.md"
     )
+
+
+def own_costs_page() -> str:
+    """Return what the README says of own costs and constraints, and the examples in full."""
+    title = "Own costs and constraints"
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    text = readme.split(f"### {title}\n")[1].split("\n## ")[0]
+    parts = [f"# {title}\n", text.replace("[docs/examples/](docs/examples/)", "`docs/examples/`")]
+    for example in sorted((ROOT / "docs" / "examples").glob("*.py")):
+        code = example.read_text(encoding="utf-8")
+        parts.append(f"\n## {example.name}\n\n```python\n{code}```\n")
+    return "".join(parts)
 
 
 def tutorial_page() -> str:

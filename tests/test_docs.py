@@ -7,6 +7,7 @@ import ast
 import importlib
 import pkgutil
 import re
+import tomllib
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -135,6 +136,14 @@ def test_the_readme_goes_through_the_wings():
     assert wings - {"data", "results", "settings"} <= words
 
 
+def test_the_version_is_the_same_everywhere():
+    """In what pip installs, in what is cited and at the top of the changelog."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    cited = re.search(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
+    newest = re.search(r"^## \[(.*)\]$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert cited[1] == newest[1] == project["version"]
+
+
 def test_the_picture_of_the_wings_is_fresh():
     committed = architecture.PICTURE.read_text(encoding="utf-8")
     assert committed == architecture.picture(), "run python docs/architecture.py"
@@ -197,9 +206,10 @@ def test_the_reference_has_every_public_name_and_every_wing():
     assert words.index("Functions") < words.index(public["predict"]) < words.index("Values")
     missing = set(human_gait.__all__) - set(public)
     assert all(isinstance(getattr(human_gait, name), str) for name in missing)
-    assert {f"reference/{wing}.md" for row in architecture.layers() for wing in row} - set(
-        made
-    ) == {"reference/cli.md"}
+    wings = {wing for row in architecture.layers() for wing in row} - pages.INSIDE
+    assert {f"reference/{wing}.md" for wing in wings} == {
+        path for path in made if path.startswith("reference/") and not path.endswith("index.md")
+    }
 
 
 @pytest.mark.parametrize(
@@ -213,6 +223,15 @@ def test_the_reference_has_every_public_name_and_every_wing():
 def test_a_page_that_asks_a_server_is_refused(html):
     assert len(pages.foreign(html)) == 1
     assert pages.foreign('<a href="https://example.org">x</a><script src="x.js"></script>') == []
+
+
+def test_the_page_of_own_costs_has_every_example():
+    text = pages.own_costs_page()
+    examples = list((ROOT / "docs" / "examples").glob("*.py"))
+    assert examples
+    for example in examples:
+        assert example.read_text(encoding="utf-8") in text
+    assert "hg.PathConstraint(" in text.split("## ")[0]
 
 
 def test_long_names_in_tables_may_break_and_others_not():

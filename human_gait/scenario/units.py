@@ -25,7 +25,7 @@ class QuantityError(ValueError):
 class Dimension(NamedTuple):
     """Everything of one kind that can be measured.
 
-    Parameters
+    Attributes
     ----------
     noun : str
         Its name with its article.
