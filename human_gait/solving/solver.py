@@ -15,7 +15,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from human_gait.arrays import FloatArray
-from human_gait.problem.program import COST_SCALE, GaitProgram, Stage
+from human_gait.problem.drake import Stage
+from human_gait.problem.program import COST_SCALE, GaitProgram
 from human_gait.problem.residual import Demand
 from human_gait.problem.violation import Violation
 from human_gait.solving.drake_solvers import SOLVERS, duals_of, refuse, solve_program, status_of
