@@ -8,7 +8,15 @@ import pytest
 from small_problems import VALLEY_END, corner, cube, left, numbers, valley
 
 from human_gait.newton import active_set as room
-from human_gait.newton.active_set import LOST, OPTIMAL, Homotopy, follow, is_optimal, shortened
+from human_gait.newton.active_set import (
+    LOST,
+    OPTIMAL,
+    Homotopy,
+    follow,
+    is_optimal,
+    noticed,
+    shortened,
+)
 from human_gait.newton.interior_point import minimise
 from human_gait.newton.nonlinear_program import Duals, Stacked
 from human_gait.newton.optimality import Goal
@@ -215,6 +223,27 @@ def test_at_its_end_the_homotopy_is_the_problem():
     np.testing.assert_array_equal(path.bounds(0.0), (stacked.lower, stacked.upper))
     np.testing.assert_array_equal(path.gradient(0.0, now), now.gradient)
     assert path.merit(0.0, start, np.zeros(3)) == start.cost
+
+
+def test_the_predicted_fall_is_the_slope_of_the_merit():
+    """Along a step to where linear rows and bounds of variables are just kept."""
+    stacked = Stacked(replace(corner(), row_lower=numbers(1.2)))
+    start = stacked.point(numbers(0.8, 0.1))  # 0.1 beyond the bound of x, 0.3 below that of the row
+    now = stacked.derivatives(start.x)
+    path = Homotopy(stacked, start, now.slope(np.zeros(3)), np.zeros(3))
+    d, prices, eps = numbers(-0.1, 0.4), numbers(30.0, 2.0, 50.0), 1e-7
+    moved = stacked.point(start.x + eps * d)
+    np.testing.assert_allclose(path.excess(0.0, stacked.point(start.x + d)), 0.0, atol=1e-15)
+    slope = (path.merit(0.0, moved, prices) - path.merit(0.0, start, prices)) / eps
+    assert path.fall(0.0, start, now, d, prices) == pytest.approx(slope, rel=1e-5)
+    assert path.fall(0.0, start, now, d, 0.0 * prices) == 0.0  # uphill: none is predicted
+
+
+def test_multipliers_are_noticed_where_they_are_large_and_have_a_bound():
+    stacked = Stacked(valley())  # one upper bound of a row, none of the variables
+    assert noticed(stacked, Duals(numbers(0.3), np.zeros(2))).tolist() == [0.0, 0.0, 0.3]
+    assert not np.any(noticed(stacked, Duals(numbers(1e-3), np.zeros(2))))
+    assert not np.any(noticed(stacked, Duals(numbers(-0.3), numbers(0.3, -0.3))))
 
 
 @pytest.mark.parametrize(

@@ -49,6 +49,15 @@ def test_a_goal_is_met_if_each_condition_is(condition):
     assert just._replace(**{condition: 3.0}).largest == 3.0
 
 
+def test_the_conditions_of_a_barrier_are_met_where_products_are_the_barrier():
+    """A warm state has them so; to the problem itself its products are what is left."""
+    problem, barrier = random_quadratic(0, np.linspace(0.1, 5.0, 10)), 1e-3
+    end, method = minimise(problem, np.zeros(10)), InteriorPoint(problem)
+    state = method.start(end.x, end.duals, barrier)
+    assert error(method.bounds, state, barrier).complementary < 1e-12
+    assert error(method.bounds, state).complementary == pytest.approx(barrier)
+
+
 def test_errors_count_relative_to_multipliers_above_a_hundred():
     bounds = (method := InteriorPoint(corner())).bounds
     state = method.start(numbers(0.3, 0.3), None, 0.1)

@@ -31,6 +31,8 @@ def test_the_predicted_fall_is_the_slope_of_the_barrier_function():
     [
         (1.0, -1.0, 0.5, True),
         (1.0, -0.5, 0.9, False),  # 0.5^2.3 < 0.9^1.1
+        (1.0, -0.5, 0.4, False),  # 0.5^2.3 < 0.4^1.1 < 0.5
+        (1.0, -2.0, 3.0, True),  # 2^2.3 > 3^1.1 > 2
         (0.1, -1.0, 0.5, False),
         (1.0, 1e-3, 0.5, False),
         (1.0, 1e-3, 0.0, False),
@@ -55,6 +57,7 @@ def test_the_filter_refuses_what_is_no_better_than_a_point_before():
     assert seen.takes(Measures(0.9, 9.0))
     assert seen.takes(Measures(9.0, 1.9))
     assert not seen.takes(NOWHERE)
+    assert not Filter().takes(NOWHERE)
 
 
 def test_a_step_is_shortened_until_the_filter_takes_it():

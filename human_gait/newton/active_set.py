@@ -133,7 +133,7 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
     """
     start = np.clip(start, problem.lower, problem.upper)
     stacked = Stacked(problem)
-    y = _noticed(stacked, duals)
+    y = noticed(stacked, duals)
     here, now = stacked.point(start), stacked.derivatives(start)
     path = Homotopy(stacked, here, now.slope(y), y)
     prices, past, radius = np.zeros_like(y), deque[Point](maxlen=_MEMORY), _RADIUS
@@ -161,8 +161,11 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
     return _end(stacked, here, y, LOST, step)
 
 
-def _noticed(stacked: Stacked, duals: Duals) -> FloatArray:
-    """Return multipliers (n + m,), 0 where they are small or their bound does not exist."""
+def noticed(stacked: Stacked, duals: Duals) -> FloatArray:
+    """Return multipliers (n + m,) of a start, 0 where they are small or belong to no bound.
+
+    Small ones are what a barrier has left; others may be those of a problem with more bounds.
+    """
     y = np.concatenate([duals.variables, duals.rows])
     bounded = np.isfinite(bounds_of(y, stacked.lower, stacked.upper))
     return np.where(bounded & (np.abs(y) > _NOTICED), y, 0.0)
@@ -178,7 +181,7 @@ def _raised(prices: FloatArray, wanted: FloatArray) -> FloatArray:
 
 
 def _next_radius(radius: float, share: float) -> float:
-    """Return a wider radius after a whole step, a narrower one after part of a step."""
+    """Return a wider radius after a whole step, a narrower one after part of a step, in limits."""
     wider = _WIDER * radius if share == 1.0 else share * radius
     return min(max(wider, _RADIUS), WIDEST)
 

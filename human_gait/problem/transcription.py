@@ -103,7 +103,7 @@ class Transcription:
         After the last instant of a step that is its own mirror image comes that of the first.
         """
         left, right, active = self._onto_points(left), self._onto_points(right), self._active
-        if self.basis.mirrored:
+        if self.basis.mirrored:  # tau(T) = S tau(0), in the control points of the first instant
             image = self.basis.cycle.sign[:, None, None] * right[0][self.basis.cycle.index]
             right, active = np.concatenate([right, image[None]]), np.vstack([active, active[:1]])
         for k in range(len(right) - 1):
