@@ -32,7 +32,7 @@ from human_gait.values import Value
 Motion = tuple[FloatArray, FloatArray, FloatArray]
 """q, v, a (K, 55), [rad] and [m], their rates per s and per s^2."""
 
-_CHUNK = 1000  # instants that the recursion takes at once: 0.2 MB each
+_CHUNK = 50  # instants that the recursion takes at once: 0.2 MB each
 
 
 class Engine(Protocol):

@@ -23,7 +23,7 @@ from human_gait.walk.uses import Uses
 REFINEMENT = 10
 """How much finer the grid of the samples in a file is than the constrained one."""
 
-_CHUNK = 500  # instants at once: partials take 0.3 MB each
+_CHUNK = 50  # instants at once: partials take 0.3 MB each
 
 
 @dataclass(frozen=True, eq=False, repr=False)
