@@ -12,9 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
+
+T = TypeVar("T", bound=tuple[Any, ...])
 
 _SMALL = 6  # elements of an array that is shown
 
@@ -56,6 +58,27 @@ class Value:
 
     def _compared(self) -> dict[str, Any]:
         return {item.name: getattr(self, item.name) for item in fields(self) if item.compare}
+
+
+def tuple_of_arrays(kind: type[T]) -> type[T]:
+    """Have a named tuple of arrays compare, hash and show itself as a `Value` does."""
+
+    def same(self: T, other: object) -> bool:
+        return type(other) is kind and _same(self, other)
+
+    def other_than(self: T, other: object) -> bool:
+        return not same(self, other)
+
+    def hashed(self: T) -> int:
+        return hash((kind, _key(self)))
+
+    def shown(self: T) -> str:
+        pairs = zip(kind._fields, self, strict=True)  # type: ignore[attr-defined]
+        return f"{kind.__name__}({', '.join(f'{name}={_short(item)}' for name, item in pairs)})"
+
+    kind.__eq__, kind.__ne__ = same, other_than  # type: ignore[method-assign, assignment]
+    kind.__hash__, kind.__repr__ = hashed, shown  # type: ignore[method-assign, assignment]
+    return kind
 
 
 def _short(value: object) -> str:

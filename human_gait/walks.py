@@ -15,7 +15,6 @@ from pathlib import Path
 from human_gait import console
 from human_gait.checks.table import Checks, verify
 from human_gait.exceptions import NoSolutionFound
-from human_gait.problem.constraints import LIMITS, SYMMETRY
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.results.folder import replaced_folder
@@ -195,7 +194,7 @@ def _attempt(gait: Gait) -> Attempt:
         status=str(found.get("status", "unknown")),
         iterations=int(found.get("iterations", 0)),
         evaluations=int(found.get("evaluations", 0)),
-        cost=program.cost(gait.free)[0],
+        cost=float(found.get("cost", program.cost(gait.free)[0])),  # with costs of one's own
         wall_time=float(found.get("wall_time_s", 0.0)),
         violations=program.violations(gait.free),
         multipliers=dict(gait.multipliers),
@@ -204,7 +203,11 @@ def _attempt(gait: Gait) -> Attempt:
 
 
 def _program(gait: Gait) -> GaitProgram:
-    """Return the problem that a gait solves, with friction where it was found with that."""
+    """Return the problem that a gait solves, with friction where it was found with that.
+
+    Costs and constraints of one's own are functions, which no gait carries.
+    """
     program = build_program(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
-    known = {SYMMETRY.name, LIMITS.name, *(constraint.name for constraint in program.constraints)}
-    return program if known >= gait.multipliers.keys() else program.with_friction()
+    held = program.with_friction()
+    more = {one.name for one in held.constraints} - {one.name for one in program.constraints}
+    return held if more & gait.multipliers.keys() else program

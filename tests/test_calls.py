@@ -172,7 +172,10 @@ def test_saving_replaces_a_result_and_leaves_other_files(tmp_path):
     assert {GAIT_FILE, SUMMARY, GAIT_CYCLE, EXPLANATION} <= {p.name for p in tmp_path.iterdir()}
 
 
-@pytest.mark.parametrize("call", [hg.load, hg.verify, hg.compare, hg.explain, hg.play, hg.report])
+OF_RESULTS = (hg.load, hg.verify, hg.compare, hg.explain, hg.play, hg.report, hg.bspline_trajectory)
+
+
+@pytest.mark.parametrize("call", OF_RESULTS)
 def test_a_path_without_a_result_is_one_line(call, tmp_path):
     with pytest.raises(hg.ResultError) as caught:
         call(tmp_path / "nowhere")
@@ -180,7 +183,7 @@ def test_a_path_without_a_result_is_one_line(call, tmp_path):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("call", [hg.predict, hg.pinocchio_model, hg.drake_plant])
+@pytest.mark.parametrize("call", [hg.predict, hg.build_program, hg.pinocchio_model, hg.drake_plant])
 def test_a_path_without_a_scenario_is_one_line(call):
     with pytest.raises(hg.ScenarioError, match=r"nowhere\.toml: cannot be read"):
         call("nowhere.toml")
@@ -189,6 +192,14 @@ def test_a_path_without_a_scenario_is_one_line(call):
 def test_an_unknown_solver_is_refused_before_anything_is_read():
     with pytest.raises(ValueError, match="choose one of newton, snopt, ipopt"):
         hg.predict("nowhere.toml", solver="nowton")
+
+
+def test_a_trajectory_of_drake_and_a_problem_by_path(tmp_path):
+    folder = GAIT.save(tmp_path / "guess")
+    found = hg.bspline_trajectory(str(folder))
+    np.testing.assert_allclose(found.value(0.2)[:, 0], GAIT.q(0.2), atol=1e-12)
+    (tmp_path / "own.toml").write_text(GAIT.scenario.to_toml())
+    assert hg.build_program(tmp_path / "own.toml").scenario == GAIT.scenario
 
 
 # A prediction
@@ -282,3 +293,27 @@ def test_a_report_takes_gaits_and_folders(walk, saved, tmp_path):
     assert hg.report(str(saved)) == saved / "report.html"
     alone = hg.report(walk, out=str(tmp_path / "alone.html"))
     assert alone.stat().st_size > 100_000
+
+
+def pelvis(motion):
+    by_q = np.zeros((len(motion.t), 1, 55))
+    by_q[:, 0, 1] = 1.0
+    return hg.Rows(motion.q[:, 1:2], by_q=by_q)
+
+
+@pytest.mark.solve
+def test_a_walk_with_a_cost_and_a_constraint_of_ones_own_is_kept(walk, tmp_path):
+    """Neither goes into a file: what is saved knows the cost that was found and the rest."""
+    own = hg.RunningCost("sway", pelvis, weight=1e5)
+    held = hg.PathConstraint("narrow", pelvis, -0.015, 0.015, "m")
+    found = hg.predict(TASK, warm_from=walk, costs=[own], constraints=[held])
+    assert np.abs(found["pelvis_tx"]).max() < np.abs(walk["pelvis_tx"]).max()
+    folder = found.save(tmp_path / "own")
+    summary = json.loads((folder / SUMMARY).read_text())
+    assert summary["cost"] == found.solution["cost"] > walk.solution["cost"]
+    assert summary["success"] is True
+    again = hg.load(folder)
+    assert again == found
+    assert again.multipliers.keys() == found.multipliers.keys() >= {"narrow"}
+    assert hg.explain(found).bounds
+    assert hg.predict(TASK, warm_from=again).solution["success"]

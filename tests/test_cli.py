@@ -405,5 +405,5 @@ def test_of_thousands_of_errors_some_are_told(capsys):
     Path("bad.toml").write_text("[limits]\n" + "".join(f"a{i} = 1\n" for i in range(3000)) + WALK)
     assert cli.run(["predict", "bad.toml"]) == cli.BAD_INPUT
     *lines, last = capsys.readouterr().err.splitlines()
-    assert len(lines) == cli.MOST_ERRORS
-    assert last == f"error: and {3000 - cli.MOST_ERRORS} more"
+    assert len(lines) == exits.MOST_ERRORS
+    assert last == f"error: and {3000 - exits.MOST_ERRORS} more"

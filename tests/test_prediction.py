@@ -27,6 +27,7 @@ from human_gait.results.names import EXPORTED, MULTIPLIERS
 from human_gait.solving import solver as solver_room
 from human_gait.solving import starts as ladder_room
 from human_gait.solving.diagnosis import Suggestion
+from human_gait.solving.drake_solvers import OPTIONS, SOLVERS
 from human_gait.solving.starts import OWN_GUESS, WARM
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
 from human_gait.walk.gait_cycle import load_gait_cycle
@@ -51,7 +52,7 @@ def cut_short():
     """Stop each stage of every solver after one iteration, and the ladder after two starts."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ladder_room, "own_starts", lambda *given: islice(RUNGS(*given), 2))
-        for options in (solver_room._OPTIONS, solver_room._POSTURE_OPTIONS):
+        for options in (OPTIONS, solver_room.POSTURE_OPTIONS):
             for name, limit in LIMIT.items():
                 patch.setitem(options, name, options[name] | {limit: 1})
         yield
@@ -226,13 +227,13 @@ def test_all_solvers_start_alike_and_are_compared(tmp_path, capsys, monkeypatch)
 
     monkeypatch.setattr(ladder_room, "solve", record)
     assert predict_by_all_solvers(TASK, tmp_path) is False
-    assert [name for name, _ in starts] == list(solver_room.SOLVERS)
+    assert [name for name, _ in starts] == list(SOLVERS)
     for _, start in starts[1:]:
         np.testing.assert_array_equal(start, starts[0][1])
-    for name in solver_room.SOLVERS:
+    for name in SOLVERS:
         assert json.loads((tmp_path / name / "summary.json").read_text())["solver"] == name
     found = json.loads((tmp_path / "agreement.json").read_text())
-    assert set(found["results"]) == set(solver_room.SOLVERS)
+    assert set(found["results"]) == set(SOLVERS)
     printed = capsys.readouterr().out
     assert "snopt - newton" in printed
     assert "ipopt - newton" in printed

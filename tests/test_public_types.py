@@ -11,10 +11,11 @@ import pytest
 import human_gait as hg
 
 WITHOUT_TYPES = {
+    *("offer_hessian", "Motion.count", "Motion.index", "Rows.count", "Rows.index"),
     *("pinocchio_model", "Body.model", "Body.pinocchio_model"),
     *("Gait.to_dataframe", "Scenario.replace"),
 }
-"""What returns a thing of a package that has no types, or takes settings of any type."""
+"""What returns a thing of a package that has no types, or takes things of any type."""
 
 CLASSES = sorted(name for name in hg.__all__ if inspect.isclass(getattr(hg, name)))
 

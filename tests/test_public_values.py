@@ -15,9 +15,17 @@ import human_gait as hg
 
 MOST_BYTES = 50_000
 MOST_LINES, WIDTH = 15, 100
-HOLDERS = {"GaitProgram"}
+HOLDERS = {"GaitProgram", "NewtonSolver"}
 """Classes that are no values: a problem holds what solvers have of it."""
-TO_COME = {"Iterate", "Solution"}
+
+
+def knee(motion):
+    return hg.Rows(motion.q[:, [16]])
+
+
+@cache
+def program():
+    return hg.build_program(guessed_gait(18.0).scenario)
 
 
 @cache
@@ -26,8 +34,18 @@ def values():
     gait = guessed_gait(18.0)
     checks, scenario = hg.verify(gait), gait.scenario
     sections = {type(one).__name__: one for one in vars(scenario).values() if is_dataclass(one)}
+    now, worst = gait.instants(gait.times), program().violations(gait.free)
+    motion = hg.Motion(now.t, now.q, now.v, now.a, now.active)
+    found = (True, False, "newton", "optimal", 30, 40, 4020.4, 2.0, worst, {"a": np.ones(9)})
     return {
         **sections,
+        "Iterate": hg.Iterate("torque", 3, 0.1, 4020.4, worst[0], gait.free),
+        "Motion": motion,
+        "PathConstraint": hg.PathConstraint("knee", knee, 0.0, np.full(1, 2.0), "rad"),
+        "Rows": hg.Rows(now.q, np.zeros((*now.q.shape, 55))),
+        "RunningCost": hg.RunningCost("knee", knee, 3.0),
+        "Solution": hg.Solution(gait, *found),
+        "UnsupportedProgram": hg.UnsupportedProgram("it is so"),
         "Body": gait.body,
         "Check": checks[0],
         "Checks": checks,
@@ -39,14 +57,14 @@ def values():
         "ModelError": hg.ModelError("it is so"),
         "NoSolutionFound": hg.NoSolutionFound("no walk", gait, [checks[0]]),
         "ResultError": hg.ResultError("it is so"),
-        "Samples": gait.instants(gait.times),
+        "Samples": now,
         "Scenario": scenario,
         "ScenarioError": hg.ScenarioError("walk.speed", "must be a number", value=-1, source="a"),
     }
 
 
 CLASSES = [name for name in hg.__all__ if inspect.isclass(getattr(hg, name))]
-SHOWN = sorted(set(CLASSES) - HOLDERS - TO_COME)
+SHOWN = sorted(set(CLASSES) - HOLDERS)
 ERRORS = [name for name in SHOWN if issubclass(getattr(hg, name), Exception)]
 VALUES = [name for name in SHOWN if name not in ERRORS]
 WAYS = {
@@ -200,3 +218,9 @@ def test_a_comparison_prints_its_scores():
     for score in found.scores:
         assert (f"{score.r:.2f}" if np.isfinite(score.r) else "  -  ") in text
     assert all(reference.label in text for reference in found.references)
+
+
+def test_a_problem_tells_its_size():
+    text = repr(program())
+    for part in ("guessed walk", f"{len(program().variables)} variables", "pinocchio"):
+        assert part in text

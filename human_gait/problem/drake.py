@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +26,7 @@ from human_gait.problem.objective import Term
 from human_gait.problem.residual import Constraint
 from human_gait.walk.bspline import DEGREE
 from human_gait.walk.gait import Gait
+from human_gait.walk.gait_file import load_gait
 
 ObjectArray = npt.NDArray[np.object_]
 
@@ -188,10 +190,27 @@ def jacobian_of(evaluator: EvaluatorBase, x: FloatArray) -> FloatArray:
     return found if found.size else np.zeros((evaluator.num_outputs(), len(x)))  # a constant
 
 
-def bspline_trajectory(gait: Gait) -> BsplineTrajectory:
-    """Return one step of a gait as a trajectory of Drake."""
-    basis = BsplineBasis(DEGREE + 1, gait.knots)
-    return BsplineTrajectory(basis, gait.control_points.T)
+def bspline_trajectory(gait: Gait | str | Path) -> BsplineTrajectory:
+    """Return one step of a gait as a trajectory of Drake.
+
+    Parameters
+    ----------
+    gait : Gait, str or Path
+        A gait, or the folder of a result, or its ``gait.npz``.
+
+    Returns
+    -------
+    pydrake.trajectories.BsplineTrajectory
+        From 0 to T [s]; 55 rows in the order of `Gait.joint_names`, [rad] and [m].
+
+    Raises
+    ------
+    ResultError
+        If there is no gait that can be read.
+    """
+    walk = gait if isinstance(gait, Gait) else load_gait(gait)
+    basis = BsplineBasis(DEGREE + 1, walk.knots)
+    return BsplineTrajectory(basis, walk.control_points.T)
 
 
 def _seam(

@@ -21,6 +21,7 @@ from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import N_DOF
 from human_gait.problem.objective import UNIT, Term
 from human_gait.problem.residual import Constraint, Demand, Residual
+from human_gait.values import Value, tuple_of_arrays
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.instant import Instants
 
@@ -28,6 +29,7 @@ _STEP = 1e-6  # of a difference, [rad], [m] and their rates; of torques by _TORQ
 _TORQUE_STEP = 1e-3  # [N m]
 
 
+@tuple_of_arrays
 class Motion(NamedTuple):
     """The motion at K instants of a step.
 
@@ -47,6 +49,7 @@ class Motion(NamedTuple):
     torque: FloatArray
 
 
+@tuple_of_arrays
 class Rows(NamedTuple):
     """What a function of the motion returns.
 
@@ -69,8 +72,8 @@ SecondDerivative = Callable[[Motion, FloatArray], FloatArray]
 _INPUTS = ("q", "v", "a", "torque")
 
 
-@dataclass(frozen=True, eq=False)
-class RunningCost:
+@dataclass(frozen=True, eq=False, repr=False)
+class RunningCost(Value):
     """A cost of one's own, an integral over the step that is added to the objective.
 
     Attributes
@@ -125,8 +128,8 @@ class RunningCost:
             _add_second(self.rows, self.second, now, rows, slopes, adjoint)
 
 
-@dataclass(frozen=True, eq=False)
-class PathConstraint:
+@dataclass(frozen=True, eq=False, repr=False)
+class PathConstraint(Value):
     """A constraint of one's own, at all instants at which the ground's forces are constrained.
 
     Attributes

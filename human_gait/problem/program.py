@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from pydrake.solvers import Binding, EvaluatorBase, MathematicalProgram
@@ -34,7 +35,7 @@ from human_gait.problem.objective import Term, objective, torque_weights
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.residual import Constraint, Residual
 from human_gait.problem.violation import Violation, worst_row
-from human_gait.scenario import Scenario
+from human_gait.scenario import Scenario, load_scenario
 from human_gait.walk.bspline import Basis
 from human_gait.walk.cycle import step_cycle
 from human_gait.walk.gait import Gait
@@ -114,14 +115,16 @@ class GaitProgram:
         grid = scenario.discretisation
         if basis is None:
             basis = Basis.uniform(step_cycle(scenario.walk), grid.control_points, grid.mirrored)
+        # what is asked for
         self.scenario, self.dynamics, self.basis, self.friction = scenario, dynamics, basis, False
+        self.own_costs, self.own_constraints = tuple(costs), tuple(constraints)
+        # functions of control points, and their values at the first guess
         self.functions = WalkFunctions(scenario, basis, dynamics)
         self.times, plan = self.functions.times, self.functions.walker.plan
-        self.limits = joint_limits(scenario)
-        self.symmetry = _symmetry_rows(scenario, basis)
+        self.limits, self.symmetry = joint_limits(scenario), _symmetry_rows(scenario, basis)
         self._guess = self.guess()
         self._at_guess = self.functions.evaluated(self._guess)
-        self.own_costs, self.own_constraints = tuple(costs), tuple(constraints)
+        # the problem: terms, constraints, units of the variables, and Drake's program of them
         self.terms = objective(scenario) + [_term(cost) for cost in costs]
         self.constraints = paper_constraints(scenario, plan, self.times)
         self.constraints += [own.constraint(self._at_guess) for own in constraints]
@@ -132,6 +135,12 @@ class GaitProgram:
         for term in self.terms:
             scaled = TermOfWalk(self._curvature, term, COST_SCALE)
             add_term(self.torques.prog, scaled, self.variables)
+
+    def __repr__(self) -> str:
+        size = f"{len(self.variables)} variables, {self.n_constraint_rows} constraint rows"
+        own = [one.name for one in (*self.own_costs, *self.own_constraints)]
+        added = f", own: {', '.join(own)}" if own else ""
+        return f"GaitProgram({self.scenario.name!r}: {size}, dynamics by {self.dynamics}{added})"
 
     @property
     def variables(self) -> FloatArray:
@@ -305,7 +314,7 @@ class GaitProgram:
 
 
 def build_program(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     basis: Basis | None = None,
     dynamics: str = "pinocchio",
     costs: Sequence[RunningCost | Term] = (),
@@ -315,7 +324,8 @@ def build_program(
 
     Parameters
     ----------
-    scenario : Scenario
+    scenario : Scenario, str or Path
+        A scenario, or its TOML file, or the name of one that comes with the package.
     basis : Basis, optional
         B-splines of the joint angles; by default those of the scenario's discretisation.
     dynamics : str
@@ -328,11 +338,12 @@ def build_program(
     Raises
     ------
     ScenarioError
-        If the scenario names a DOF that does not exist.
+        If the scenario cannot be read, or names a DOF that does not exist.
     ValueError
         If there is no such dynamics, or two constraints have one name.
     """
-    return GaitProgram(scenario, basis, dynamics, costs, constraints)
+    task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    return GaitProgram(task, basis, dynamics, costs, constraints)
 
 
 def refined_program(

@@ -20,6 +20,7 @@ from human_gait.problem.residual import Demand
 from human_gait.problem.violation import Violation
 from human_gait.solving.drake_solvers import SOLVERS, duals_of, refuse, solve_program, status_of
 from human_gait.solving.watch import FEASIBLE, Interrupted, Iterate, Watch, watched
+from human_gait.values import Value
 from human_gait.walk.gait import Gait
 
 POSTURE_OPTIONS: dict[str, dict[str, Any]] = {
@@ -31,8 +32,8 @@ POSTURE = (1.0, 1e-1)
 """Weights of a posture path: staying near the guess [1/rad^2 s], moving gently [s^3/rad^2]."""
 
 
-@dataclass(frozen=True)
-class Solution:
+@dataclass(frozen=True, eq=False, repr=False)
+class Solution(Value):
     """What the solver found.
 
     Attributes
@@ -66,6 +67,17 @@ class Solution:
     wall_time: float
     violations: list[Violation]
     multipliers: dict[str, FloatArray] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        worst = max(self.violations, key=lambda violation: violation.value, default=None)
+        off = f"{worst.name} by {worst.value:.2g} {worst.unit}" if worst and worst.value else "none"
+        return (
+            f"Solution: {'converged' if self.converged else 'not converged'}, "
+            f"{self.solver} ({self.status})\n"
+            f"  {self.iterations} iterations, {self.evaluations} evaluations, "
+            f"{self.wall_time:.2f} s\n"
+            f"  cost {self.cost:.6g} N^2 m^2 s, largest violation: {off}"
+        )
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,14 @@ from dataclasses import dataclass
 from human_gait.arrays import FloatArray
 from human_gait.problem.program import GaitProgram
 from human_gait.problem.violation import Violation
+from human_gait.values import Value
 
 FEASIBLE = 1e-4
 """Largest violation, in the unit of its constraint, of an iterate that counts as feasible."""
 
 
-@dataclass(frozen=True)
-class Iterate:
+@dataclass(frozen=True, eq=False, repr=False)
+class Iterate(Value):
     """One evaluated point on the way.
 
     Attributes
