@@ -8,9 +8,18 @@ import pytest
 from small_problems import VALLEY_END, corner, cube, left, numbers, valley
 
 from human_gait.newton import active_set as room
-from human_gait.newton.active_set import LOST, OPTIMAL, _Homotopy, _optimal, _shortened, follow
-from human_gait.newton.interior_point import Goal, minimise
+from human_gait.newton.active_set import (
+    LOST,
+    OPTIMAL,
+    Homotopy,
+    follow,
+    is_optimal,
+    noticed,
+    shortened,
+)
+from human_gait.newton.interior_point import minimise
 from human_gait.newton.nonlinear_program import Duals, Stacked
+from human_gait.newton.optimality import Goal
 from human_gait.newton.quadratic import bounds_of
 
 TIGHT = Goal(1e-10, 1e-10, 1e-10)
@@ -116,12 +125,12 @@ def test_what_is_too_far_is_not_called_solved():
     """x = 9 is more than 25 steps of at most 0.3 away from x = -2, each of them possible."""
     far = replace(cube(), row_lower=numbers(-9.0), row_upper=numbers(1e3))
     far = replace(far, cost=lambda x: (x[0] - 9.0) ** 2)
-    far = replace(far, gradient=lambda x: 2.0 * (x - 9.0), hessian=lambda *_: numbers(2.0))
+    far = replace(far, gradient=lambda x: 2.0 * (x - 9.0), hessian=lambda *_: 2.0 * np.eye(1))
     end = follow(far, numbers(-2.0), none_of(far))
     assert not end.solved
     assert end.status == LOST
     assert end.iterations == 25
-    assert 5.0 < end.x[0] < -2.0 + 25 * room._WIDEST
+    assert 5.0 < end.x[0] < -2.0 + 25 * room.WIDEST
 
 
 def test_bounds_that_exclude_each_other_are_not_called_solved():
@@ -198,7 +207,7 @@ def test_at_its_beginning_the_homotopy_is_solved_by_the_start():
     start = stacked.point(numbers(0.9, -0.1))
     y = numbers(0.5, -2.0, -0.7)
     now = stacked.derivatives(start.x)
-    path = _Homotopy(stacked, start, now.slope(y), y)
+    path = Homotopy(stacked, start, now.slope(y), y)
     lower, upper = path.bounds(1.0)
     np.testing.assert_allclose(start.bounded, bounds_of(y, lower, upper), atol=1e-15)
     assert np.all(path.excess(1.0, start) < 1e-15)
@@ -210,10 +219,31 @@ def test_at_its_end_the_homotopy_is_the_problem():
     stacked = Stacked(corner())
     start = stacked.point(numbers(0.9, -0.1))
     now = stacked.derivatives(start.x)
-    path = _Homotopy(stacked, start, now.slope(np.ones(3)), np.ones(3))
+    path = Homotopy(stacked, start, now.slope(np.ones(3)), np.ones(3))
     np.testing.assert_array_equal(path.bounds(0.0), (stacked.lower, stacked.upper))
     np.testing.assert_array_equal(path.gradient(0.0, now), now.gradient)
     assert path.merit(0.0, start, np.zeros(3)) == start.cost
+
+
+def test_the_predicted_fall_is_the_slope_of_the_merit():
+    """Along a step to where linear rows and bounds of variables are just kept."""
+    stacked = Stacked(replace(corner(), row_lower=numbers(1.2)))
+    start = stacked.point(numbers(0.8, 0.1))  # 0.1 beyond the bound of x, 0.3 below that of the row
+    now = stacked.derivatives(start.x)
+    path = Homotopy(stacked, start, now.slope(np.zeros(3)), np.zeros(3))
+    d, prices, eps = numbers(-0.1, 0.4), numbers(30.0, 2.0, 50.0), 1e-7
+    moved = stacked.point(start.x + eps * d)
+    np.testing.assert_allclose(path.excess(0.0, stacked.point(start.x + d)), 0.0, atol=1e-15)
+    slope = (path.merit(0.0, moved, prices) - path.merit(0.0, start, prices)) / eps
+    assert path.fall(0.0, start, now, d, prices) == pytest.approx(slope, rel=1e-5)
+    assert path.fall(0.0, start, now, d, 0.0 * prices) == 0.0  # uphill: none is predicted
+
+
+def test_multipliers_are_noticed_where_they_are_large_and_have_a_bound():
+    stacked = Stacked(valley())  # one upper bound of a row, none of the variables
+    assert noticed(stacked, Duals(numbers(0.3), np.zeros(2))).tolist() == [0.0, 0.0, 0.3]
+    assert not np.any(noticed(stacked, Duals(numbers(1e-3), np.zeros(2))))
+    assert not np.any(noticed(stacked, Duals(numbers(-0.3), numbers(0.3, -0.3))))
 
 
 @pytest.mark.parametrize(
@@ -228,7 +258,7 @@ def test_at_its_end_the_homotopy_is_the_problem():
 def test_all_conditions_have_to_be_met(x, y, met):
     stacked = Stacked(corner())
     point = stacked.point(numbers(*x))
-    assert _optimal(stacked, point, stacked.derivatives(point.x), numbers(*y)) is met
+    assert is_optimal(stacked, point, stacked.derivatives(point.x), numbers(*y)) is met
 
 
 def test_a_step_that_makes_everything_worse_is_shortened():
@@ -236,8 +266,8 @@ def test_a_step_that_makes_everything_worse_is_shortened():
     stacked = Stacked(replace(valley(), row_upper=numbers(9.0)))
     point = stacked.point(numbers(0.0, 0.5))
     now = stacked.derivatives(point.x)
-    path = _Homotopy(stacked, point, now.gradient, np.zeros(3))
-    there, share = _shortened(path, 0.0, numbers(0.0, -1.5), np.zeros(3), -100.0, deque([point]))
+    path = Homotopy(stacked, point, now.gradient, np.zeros(3))
+    there, share = shortened(path, 0.0, numbers(0.0, -1.5), np.zeros(3), -100.0, deque([point]))
     assert 0.1 < share < 1.0
     assert there.cost < point.cost
     np.testing.assert_allclose(there.x, point.x + share * numbers(0.0, -1.5))
@@ -275,18 +305,18 @@ def test_a_start_outside_the_limits_is_brought_back():
 
 def test_multipliers_go_as_far_as_the_step(monkeypatch):
     """Where half a step is taken, so is half the way to the multipliers of the model."""
-    calls, minimum, shortened = [], room.local_minimum, room._shortened
+    calls, minimum, whole = [], room.local_minimum, room.shortened
 
     def watched(model, y, radius):
         calls.append((y, minimum(model, y, radius)))
         return calls[-1][1]
 
     def halved(path, t, d, *rest):
-        point, share = shortened(path, t, d / 2.0, *rest)
+        point, share = whole(path, t, d / 2.0, *rest)
         return point, share / 2.0
 
     monkeypatch.setattr(room, "local_minimum", watched)
-    monkeypatch.setattr(room, "_shortened", halved)
+    monkeypatch.setattr(room, "shortened", halved)
     before = solved(valley(), VALLEY_END)
     follow(replace(valley(), row_upper=numbers(1.1)), before.x, before.duals)
     (y, (_, wanted)), (then, _) = calls[:2]

@@ -311,7 +311,8 @@ def by_its_rule(setting, value):
     except ScenarioError as error:
         wrong = [each for each in error.errors if each.key == setting.dotted]
         words = f"must be {setting.allowed}"
-        return not any(words in each.allowed or " is wanted" in each.allowed for each in wrong)
+        refusals = words, " is wanted", "has an unknown unit"
+        return not any(said in each.allowed for said in refusals for each in wrong)
     return True
 
 

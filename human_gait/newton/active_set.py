@@ -9,7 +9,8 @@ to be built up again, so few steps are needed; their matrices are dense, for som
 References
 ----------
 J. Nocedal and S. J. Wright, "Numerical Optimization", 2nd ed., 2006: chapter 18 on sequential
-quadratic programming, section 11.3 on homotopies.
+quadratic programming, section 11.3 on homotopies. Equations, sections and theorems are those of
+this book.
 """
 
 from __future__ import annotations
@@ -32,9 +33,12 @@ from human_gait.newton.quadratic import Quadratic, bounds_of, local_minimum
 OPTIMAL = "the active set is settled"
 LOST = "no active set within reach"
 
+WIDEST = 0.3
+"""Largest change of a variable in one step ever."""
+
 _HOMOTOPY = (0.5, 0.25)  # t of the first steps; 0 from then on
 _MOST_STEPS = 25
-_RADIUS, _WIDEST = 0.12, 0.3  # largest change of a variable in one step, at first and ever
+_RADIUS = 0.12  # largest change of a variable in one step, at first
 _WIDER = 1.6  # after a whole step
 _STATIONARY, _FEASIBLE, _COMPLEMENTARY = 1e-4, 1e-6, 1e-5
 _NOTICED = 3e-3  # cost per unit of a bound: smaller multipliers are what a barrier has left
@@ -44,8 +48,21 @@ _ENOUGH = 1e-4  # part of the predicted fall that is asked for (Armijo)
 _IGNORED = 5e-4  # rise of the merit, of itself, that does no harm
 
 
-class _Homotopy:
-    """Bounds and cost that a start satisfies exactly at t = 1, and those of the problem at 0."""
+class Homotopy:
+    """Bounds and cost that a start satisfies exactly at t = 1, and those of the problem at 0.
+
+    Where a multiplier says that a bound holds, the bound is moved to the start; where none does, it
+    is moved only as far as the start is beyond it.
+
+    Parameters
+    ----------
+    stacked : Stacked
+    start : Point
+    slope : (n,) array
+        r, what is left of the Lagrangian's gradient at the start.
+    y : (n + m,) array
+        Multipliers of the start.
+    """
 
     def __init__(self, stacked: Stacked, start: Point, slope: FloatArray, y: FloatArray) -> None:
         self.stacked, self._left = stacked, slope
@@ -57,13 +74,32 @@ class _Homotopy:
         """Return lower and upper bounds (n + m,)."""
         return self.stacked.lower + t * self._lower, self.stacked.upper + t * self._upper
 
+    def model(self, t: float, here: Point, now: Derivatives, y: FloatArray) -> Quadratic:
+        """Return the quadratic model of a step from a point, Nocedal and Wright, Eq. (18.11).
+
+        Curvature is that of the Lagrangian; t r'x and the shifts t s have none.
+        """
+        lower, upper = (bound - here.bounded for bound in self.bounds(t))
+        H = self.stacked.hessian(here.x, y[self.stacked.n :])
+        return Quadratic(H, self.gradient(t, now), now.jacobian, lower, upper)
+
     def gradient(self, t: float, derivatives: Derivatives) -> FloatArray:
         """Return the gradient (n,) of the cost."""
         return np.asarray(derivatives.gradient - t * self._left, dtype=float)
 
     def merit(self, t: float, at: Point, prices: FloatArray) -> float:
-        """Return the cost with what exceeds the bounds, at its price (n + m,)."""
+        """Return the cost with what exceeds the bounds, at its price (n + m,).
+
+        The l1 merit function, section 18.3, with a price for each bound.
+        """
         return float(at.cost - t * self._left @ at.x + prices @ self.excess(t, at))
+
+    def fall(self, t: float, here: Point, now: Derivatives, d: FloatArray, p: FloatArray) -> float:
+        """Return the slope of the merit with prices p along a step d, Theorem 18.2; never above 0.
+
+        A whole step keeps all bounds of the model, so that the excess goes to 0.
+        """
+        return min(float(self.gradient(t, now) @ d - p @ self.excess(t, here)), 0.0)
 
     def excess(self, t: float, at: Point) -> FloatArray:
         """Return by how much each bound is exceeded, (n + m,)."""
@@ -97,50 +133,67 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
     """
     start = np.clip(start, problem.lower, problem.upper)
     stacked = Stacked(problem)
-    y = np.concatenate([duals.variables, duals.rows])
-    bounded = np.isfinite(bounds_of(y, stacked.lower, stacked.upper))
-    y = np.where(bounded & (np.abs(y) > _NOTICED), y, 0.0)
+    y = noticed(stacked, duals)
     here, now = stacked.point(start), stacked.derivatives(start)
-    path = _Homotopy(stacked, here, now.slope(y), y)
+    path = Homotopy(stacked, here, now.slope(y), y)
     prices, past, radius = np.zeros_like(y), deque[Point](maxlen=_MEMORY), _RADIUS
     for step in range(_MOST_STEPS + 1):
         t = _HOMOTOPY[step] if step < len(_HOMOTOPY) else 0.0
-        if step > len(_HOMOTOPY) and _optimal(stacked, here, now, y):
+        # at t > 0 another problem was solved: not before one step of the problem itself
+        if step > len(_HOMOTOPY) and is_optimal(stacked, here, now, y):
             return _end(stacked, here, y, OPTIMAL, step)
         if step == _MOST_STEPS:
             break
-        lower, upper = (bound - here.bounded for bound in path.bounds(t))
-        gradient, H = path.gradient(t, now), stacked.hessian(here.x, y[stacked.n :])
-        model = Quadratic(H, gradient, now.jacobian, lower, upper)
-        found = local_minimum(model, y, radius)
+        found = local_minimum(path.model(t, here, now, y), y, radius)
         if found is None:
             break
         d, wanted = found
         past.append(here)
-        prices = np.maximum(2.0 * np.abs(wanted), prices / 2.0) + 1e-3
-        fall = min(float(gradient @ d - prices @ path.excess(t, here)), 0.0)
-        here, share = _shortened(path, t, d, prices, fall, past)
+        prices = _raised(prices, wanted)
+        here, share = shortened(path, t, d, prices, path.fall(t, here, now, d, prices), past)
         radius = _next_radius(radius, share)
-        if not np.isfinite(here.cost):
+        if not np.isfinite(here.cost):  # no part of the step leads to where costs are numbers
             here = past[-1]
             break
+        # as far as the variables went: wanted are the multipliers at the end of the whole step
         y = y + share * (wanted - y)
         now = stacked.derivatives(here.x)
     return _end(stacked, here, y, LOST, step)
 
 
+def noticed(stacked: Stacked, duals: Duals) -> FloatArray:
+    """Return multipliers (n + m,) of a start, 0 where they are small or belong to no bound.
+
+    Small ones are what a barrier has left; others may be those of a problem with more bounds.
+    """
+    y = np.concatenate([duals.variables, duals.rows])
+    bounded = np.isfinite(bounds_of(y, stacked.lower, stacked.upper))
+    return np.where(bounded & (np.abs(y) > _NOTICED), y, 0.0)
+
+
+def _raised(prices: FloatArray, wanted: FloatArray) -> FloatArray:
+    """Return prices (n + m,) of the merit from those before and the multipliers of a step.
+
+    Above the multipliers the merit has its minimum where the problem has (Theorem 17.3); a price
+    that was once needed is halved with every step, and none is ever 0.
+    """
+    return np.asarray(np.maximum(2.0 * np.abs(wanted), prices / 2.0) + 1e-3, dtype=float)
+
+
 def _next_radius(radius: float, share: float) -> float:
-    """Return a wider radius after a whole step, a narrower one after part of a step."""
+    """Return a wider radius after a whole step, a narrower one after part of a step, in limits."""
     wider = _WIDER * radius if share == 1.0 else share * radius
-    return min(max(wider, _RADIUS), _WIDEST)
+    return min(max(wider, _RADIUS), WIDEST)
 
 
-def _shortened(
-    path: _Homotopy, t: float, d: FloatArray, prices: FloatArray, fall: float, past: deque[Point]
+def shortened(
+    path: Homotopy, t: float, d: FloatArray, prices: FloatArray, fall: float, past: deque[Point]
 ) -> tuple[Point, float]:
     """Return a point along a step and the part of the step: halved until the merit is low enough.
 
-    Variables keep their own limits, also while those of the homotopy are wider.
+    Low enough is a part of the predicted fall (Armijo, Eq. 3.4) below the highest of the last few
+    points: a merit that has to fall at each step cuts good steps short (section 15.6). Variables
+    keep their own limits, also while those of the homotopy are wider.
     """
     merits = [path.merit(t, point, prices) for point in past]
     limit = max(merits) + _IGNORED * max(1.0, abs(merits[-1]))
@@ -153,7 +206,7 @@ def _shortened(
         share /= 2.0
 
 
-def _optimal(stacked: Stacked, here: Point, now: Derivatives, y: FloatArray) -> bool:
+def is_optimal(stacked: Stacked, here: Point, now: Derivatives, y: FloatArray) -> bool:
     """Return whether a point and its multipliers meet the KKT conditions."""
     excess = np.maximum(stacked.lower - here.bounded, here.bounded - stacked.upper)
     slack = here.bounded - bounds_of(y, stacked.lower, stacked.upper)

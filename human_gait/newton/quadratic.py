@@ -127,17 +127,28 @@ def _partial_minimum(
 ) -> tuple[FloatArray, FloatArray] | None:
     """Return a step and multipliers, all rows ignored that are not near.
 
-    Multipliers of the variables on bounds are 0 where they should leave them.
+    With the fixed variables d_F on their bounds, what is left of the model for the free ones d_E is
+
+        minimise d_E' H_EE d_E / 2 + (g_E + H_EF d_F)' d_E
+        subject to  lower <= A_F d_F + A_E d_E <= upper,  |d_E| <= radius .
+
+    The slope of the Lagrangian has to vanish for the fixed variables too: it leaves them their
+    multipliers, y_F = -(H d + g + A' y)_F, but 0 where the sign says that they should leave the
+    bound, so that they are free the next time.
     """
     n = len(model.g)
-    d = np.where(free, 0.0, bounds_of(y, model.lower, model.upper)[:n])
-    by_fixed = model.A @ d
+    d = np.where(free, 0.0, bounds_of(y, model.lower, model.upper)[:n])  # d_F, 0 for d_E
+    by_fixed = model.A @ d  # A_F d_F
     part = Quadratic(
-        model.H[np.ix_(free, free)],
-        model.g[free] + (model.H @ d)[free],
-        np.ascontiguousarray(model.A[np.ix_(near, free)]),
-        np.append(np.maximum(model.lower[:n][free], -radius), (model.lower[n:] - by_fixed)[near]),
-        np.append(np.minimum(model.upper[:n][free], radius), (model.upper[n:] - by_fixed)[near]),
+        H=model.H[np.ix_(free, free)],
+        g=model.g[free] + (model.H @ d)[free],
+        A=np.ascontiguousarray(model.A[np.ix_(near, free)]),  # row after row, as DAQP reads it
+        lower=np.append(
+            np.maximum(model.lower[:n][free], -radius), (model.lower[n:] - by_fixed)[near]
+        ),
+        upper=np.append(
+            np.minimum(model.upper[:n][free], radius), (model.upper[n:] - by_fixed)[near]
+        ),
     )
     concerned = np.concatenate([free, near])
     found = _descended(part, y[concerned], radius)
@@ -146,7 +157,7 @@ def _partial_minimum(
     d[free], multipliers = found[0], np.zeros(len(y))
     multipliers[concerned] = found[1]
     left = -model.slope(d, multipliers)[:n]
-    held = ~free & (left * y[:n] > 0.0)
+    held = ~free & (left * y[:n] > 0.0)  # the sign that took the bound for active
     multipliers[:n][held] = left[held]
     return d, multipliers
 
@@ -168,15 +179,17 @@ def _descended(
         bound, active = bounds_of(y, part.lower, part.upper), np.flatnonzero(weight[n:])
         A = part.A[active]
         K = _convex(part.H + np.diag(weight[:n]) + (A.T * weight[n:][active]) @ A)
+        # about the last step d, its gradient there being slope(d, pull), the cost of a step x is
+        # x' K x / 2 + (slope(d, pull) - K d)' x
         pull = weight * (part.activity(d) - bound)
         step = _convex_minimum(K, part.slope(d, pull) - K @ d, part, y)
         if step is None:
             return None
         d, y = step
         activity = part.activity(d)
-        y = y + weight * (activity - bound)
+        y = y + weight * (activity - bound)  # the pull that is left is part of the multiplier
         inside = np.abs(d) < radius * (1.0 - _ON)
-        y[:n] *= inside
+        y[:n] *= inside  # the radius is no bound of the problem and has no multiplier
         y[_off(y, activity, part)] = 0.0
         if np.abs(part.slope(d, y) * inside).max(initial=0.0) < settled:
             break

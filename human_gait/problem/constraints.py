@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from human_gait.arrays import FloatArray
+from human_gait.body.skeleton import N_DOF
 from human_gait.problem.balance_rows import (
     ground_pushes,
     load_transfer,
@@ -25,7 +26,10 @@ from human_gait.problem.contact_rows import (
 from human_gait.problem.posture_rows import arm_leg_coupling, knee_at_mid_swing, pelvic_velocity
 from human_gait.problem.residual import Constraint, Demand
 from human_gait.scenario import Scenario
+from human_gait.walk.bspline import Basis
 from human_gait.walk.contact_plan import ContactPlan
+
+_TIED = {"acceleration": 0, "position": 1, "velocity": 2}  # derivatives that have rows of Eq. 26
 
 LIMITS = Demand(
     name="joint limit",
@@ -71,3 +75,15 @@ def paper_constraints(scenario: Scenario, plan: ContactPlan, times: FloatArray) 
 def friction_constraints(plan: ContactPlan, times: FloatArray) -> list[Constraint]:
     """Return what the floor's friction allows. The paper has no such limits."""
     return [sliding_friction(plan, times), turning_friction(plan, times)]
+
+
+def symmetry_rows(scenario: Scenario, basis: Basis) -> tuple[FloatArray, FloatArray]:
+    """Return Eq. (26) as rows (r, m * 55) and right-hand sides (r,); none for mirrored splines.
+
+    Postures of both ends, q(T) - mirror(q(0)) = L z, and velocities where they are tied too.
+    """
+    derivatives = range(_TIED[scenario.discretisation.periodicity])
+    rows = [basis.symmetry(derivative) for derivative in derivatives]
+    ends = np.zeros((len(rows), N_DOF))
+    ends[:1] = basis.cycle.advance
+    return np.concatenate([np.zeros((0, basis.n_free * N_DOF)), *rows]), ends.ravel()

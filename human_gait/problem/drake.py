@@ -31,6 +31,30 @@ from human_gait.walk.gait_file import load_gait
 ObjectArray = npt.NDArray[np.object_]
 
 
+@dataclass(frozen=True)
+class Stage:
+    """A problem as the solvers get it: that of the torques, or an easier one before it.
+
+    Attributes
+    ----------
+    prog : MathematicalProgram
+        Its first variables are the control points in parts of their units.
+    variables : (m * 55,) array of Variable
+    constraints : list of Constraint
+    own : list of EvaluatorBase
+        Constraints of the scenario; others were added by Drake's calls.
+    """
+
+    prog: MathematicalProgram
+    variables: FloatArray
+    constraints: list[Constraint]
+    own: list[EvaluatorBase]
+
+    def added(self) -> list[Binding]:
+        """Return the constraints that were added by Drake's calls."""
+        return [b for b in self.prog.GetAllConstraints() if b.evaluator() not in self.own]
+
+
 @dataclass(frozen=True, eq=False)
 class Curvature:
     """Second derivatives of terms and constraints in one pass; the variables are parts of a unit.

@@ -13,11 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from pydrake.solvers import Binding, EvaluatorBase, MathematicalProgram
+from pydrake.solvers import MathematicalProgram
 
 from human_gait.arrays import FloatArray
 from human_gait.body.limits import joint_limits
@@ -28,8 +28,17 @@ from human_gait.problem.constraints import (
     SYMMETRY,
     friction_constraints,
     paper_constraints,
+    symmetry_rows,
 )
-from human_gait.problem.drake import Curvature, RowsOfWalk, TermOfWalk, add_rows, add_term, offers
+from human_gait.problem.drake import (
+    Curvature,
+    RowsOfWalk,
+    Stage,
+    TermOfWalk,
+    add_rows,
+    add_term,
+    offers,
+)
 from human_gait.problem.functions import WalkFunctions
 from human_gait.problem.objective import Term, objective, torque_weights
 from human_gait.problem.own import PathConstraint, RunningCost
@@ -46,32 +55,7 @@ COST_SCALE = 1e-3
 """The solvers see the cost in kN^2 m^2 s: of the order of one to ten."""
 
 _AT_LIMIT = 1e-4  # [rad or m]: IPOPT ends so near to a bound that matters
-_TIED = {"acceleration": 0, "position": 1, "velocity": 2}  # derivatives that have rows of Eq. 26
 _LEAST_CURVATURE = 1e-4  # [kN^2 m^2 / rad^2] keeps the units of the lightest joints below 10 rad
-
-
-@dataclass(frozen=True)
-class Stage:
-    """A problem as the solvers get it: that of the torques, or an easier one before it.
-
-    Attributes
-    ----------
-    prog : MathematicalProgram
-        Its first variables are the control points in parts of their units.
-    variables : (m * 55,) array of Variable
-    constraints : list of Constraint
-    own : list of EvaluatorBase
-        Constraints of the scenario; others were added by Drake's calls.
-    """
-
-    prog: MathematicalProgram
-    variables: FloatArray
-    constraints: list[Constraint]
-    own: list[EvaluatorBase]
-
-    def added(self) -> list[Binding]:
-        """Return the constraints that were added by Drake's calls."""
-        return [b for b in self.prog.GetAllConstraints() if b.evaluator() not in self.own]
 
 
 class GaitProgram:
@@ -121,7 +105,7 @@ class GaitProgram:
         # functions of control points, and their values at the first guess
         self.functions = WalkFunctions(scenario, basis, dynamics)
         self.times, plan = self.functions.times, self.functions.walker.plan
-        self.limits, self.symmetry = joint_limits(scenario), _symmetry_rows(scenario, basis)
+        self.limits, self.symmetry = joint_limits(scenario), symmetry_rows(scenario, basis)
         self._guess = self.guess()
         self._at_guess = self.functions.evaluated(self._guess)
         # the problem: terms, constraints, units of the variables, and Drake's program of them
@@ -377,18 +361,6 @@ def refined_program(
     scenario = replace(gait.scenario, discretisation=finer)
     P = gait.basis.insert(basis, gait.control_points)
     return build_program(scenario, basis, dynamics), P[: basis.n_free].ravel()
-
-
-def _symmetry_rows(scenario: Scenario, basis: Basis) -> tuple[FloatArray, FloatArray]:
-    """Return Eq. (26) as rows (r, m * 55) and right-hand sides (r,); none for mirrored splines.
-
-    Postures of both ends, q(T) - mirror(q(0)) = L z, and velocities where they are tied too.
-    """
-    derivatives = range(_TIED[scenario.discretisation.periodicity])
-    rows = [basis.symmetry(derivative) for derivative in derivatives]
-    ends = np.zeros((len(rows), N_DOF))
-    ends[:1] = basis.cycle.advance
-    return np.concatenate([np.zeros((0, basis.n_free * N_DOF)), *rows]), ends.ravel()
 
 
 def _term(cost: RunningCost | Term) -> Term:

@@ -19,6 +19,9 @@ from human_gait.problem.residual import Constraint, Residual
 from human_gait.walk.bspline import DEGREE, Basis
 from human_gait.walk.instant import SecondDerivatives
 
+POINTS = DEGREE + 1
+"""Control points that an instant depends on: 4."""
+
 
 class Transcription:
     """The motion of a basis at the instants of a grid.
@@ -31,10 +34,10 @@ class Transcription:
 
     def __init__(self, basis: Basis, times: FloatArray) -> None:
         self.basis, self.times = basis, times
-        self._N = [basis.matrix(times, order) for order in range(3)]
+        self._N = [basis.matrix(times, order) for order in range(3)]  # N, N', N'', each (K, n)
         self._active = _active_functions(basis, times)
         at = np.arange(len(times))[:, None]
-        self._active_N = np.stack([matrix[at, self._active] for matrix in self._N])
+        self._active_N = np.stack([matrix[at, self._active] for matrix in self._N])  # (3, K, 4)
 
     def motion(self, control_points: FloatArray) -> list[FloatArray]:
         """Return q, v, a (K, 55) from all control points (n, 55)."""
@@ -42,7 +45,7 @@ class Transcription:
 
     def gradient(self, partials: FloatArray) -> FloatArray:
         """Return the gradient (m * 55,) of what has partials (K, 165) in q, v, a."""
-        by_order = partials.reshape(-1, 3, N_DOF)
+        by_order = partials.reshape(-1, 3, N_DOF)  # instant, order of derivative, DOF
         by_point = sum(N.T @ by_order[:, order] for order, N in enumerate(self._N))
         return self.basis.fold(np.asarray(by_point)[None]).ravel()
 
@@ -58,9 +61,9 @@ class Transcription:
     def values(self, constraint: Constraint, residual: Residual) -> FloatArray:
         """Return the entries of a Jacobian in the order of `entries`."""
         _, _, sign = self._places(constraint)
-        N = self._active_N[:, constraint.instants]
+        N = self._active_N[:, constraint.instants]  # order, row, control point
         parts = zip(N, (residual.dq, residual.dv, residual.da), strict=True)
-        blocks = sum(n[:, :, None] * d[:, None, :] for n, d in parts)
+        blocks = sum(n[:, :, None] * d[:, None, :] for n, d in parts)  # row, control point, column
         return np.asarray(blocks * sign).ravel()
 
     def jacobian(self, constraint: Constraint, residual: Residual) -> FloatArray:
@@ -70,17 +73,25 @@ class Transcription:
         return np.asarray(coo_array(entries, shape=shape).toarray())
 
     def hessian(self, second: SecondDerivatives) -> FloatArray:
-        """Return second derivatives (m * 55, m * 55) from those at the instants."""
+        """Return second derivatives (m * 55, m * 55) from those at the instants.
+
+        With N_k (165, 220) from the four active control points to q, v, a of instant k they are
+
+            sum over k of N_k^T (direct + A^T A + B^T C + C^T B) N_k .
+
+        Instants between two knots have the same active control points: they are summed up first.
+        Of each symmetric sum only a half X is computed, X + X^T being the whole.
+        """
         m = self.basis.n_free
-        by_point = np.zeros((m, N_DOF, m, N_DOF))
-        direct = np.stack(second.direct, axis=1).reshape(len(self.times), 4, -1)
-        rows, left, right = (self._onto_points(x) for x in (second.rows, second.left, second.right))
+        by_point = np.zeros((m, N_DOF, m, N_DOF))  # control point, DOF, control point, DOF
+        direct = np.stack(second.direct, axis=1)  # instant, one of qq, qv, qa, vv, DOF, DOF
+        A, B, C = (self._onto_points(rows) for rows in (second.rows, second.left, second.right))
         for first in np.unique(self._active[:, 0]):
             k = np.flatnonzero(self._active[:, 0] == first)
-            half = _flat(left[k]).T @ _flat(right[k]) + self._direct(k, direct[k])
-            A = _flat(rows[k])
-            half += A.T @ A / 2
-            functions = first + np.arange(DEGREE + 1)
+            half = _flat(B[k]).T @ _flat(C[k]) + self._half_of_direct(k, direct[k])
+            squares = _flat(A[k])
+            half += squares.T @ squares / 2
+            functions = first + np.arange(POINTS)
             self._add(by_point, functions, functions, half + half.T)
         if second.pairs:
             self._add_pairs(by_point, *second.pairs)
@@ -92,7 +103,7 @@ class Transcription:
         After the last instant of a step that is its own mirror image comes that of the first.
         """
         left, right, active = self._onto_points(left), self._onto_points(right), self._active
-        if self.basis.mirrored:
+        if self.basis.mirrored:  # tau(T) = S tau(0), in the control points of the first instant
             image = self.basis.cycle.sign[:, None, None] * right[0][self.basis.cycle.index]
             right, active = np.concatenate([right, image[None]]), np.vstack([active, active[:1]])
         for k in range(len(right) - 1):
@@ -103,34 +114,46 @@ class Transcription:
     def _add(
         self, by_point: FloatArray, rows: IntArray, columns: IntArray, block: FloatArray
     ) -> None:
-        """Add second derivatives (220, 220) in two times four control points, Eq. (26)."""
-        m = self.basis.n_free
-        block = block.reshape(DEGREE + 1, N_DOF, DEGREE + 1, N_DOF)
-        cycle = self.basis.cycle
-        past = rows >= m  # the images of the first control points
+        """Add second derivatives (220, 220) in two times four control points, Eq. (26).
+
+        Control points past the free ones are images P_(m+i) = S P_i + L z of the first ones, so
+        that their rows and columns are turned by S, which is its own transpose.
+        """
+        m, cycle = self.basis.n_free, self.basis.cycle
+        block = block.reshape(POINTS, N_DOF, POINTS, N_DOF)
+        past = rows >= m
         block[past] = block[past][:, cycle.index] * cycle.sign[:, None, None]
         past = columns >= m
         block[:, :, past] = block[:, :, past][..., cycle.index] * cycle.sign
-        for i, row in enumerate(rows % m):
+        for i, row in enumerate(rows % m):  # one by one: two may be the same free control point
             for j, column in enumerate(columns % m):
                 by_point[row, :, column] += block[i, :, j]
 
     def _onto_points(self, rows: FloatArray) -> FloatArray:
         """Return rows (K, r, 165) in q, v, a as rows (K, r, 4, 55) in the active control points."""
-        by_order = rows.reshape(*rows.shape[:2], 3, N_DOF)
-        return np.asarray(self._active_N.transpose(1, 2, 0)[:, None] @ by_order)
+        by_order = rows.reshape(*rows.shape[:2], 3, N_DOF)  # instant, row, order, DOF
+        N = self._active_N.transpose(1, 2, 0)  # instant, control point, order
+        return np.asarray(N[:, None] @ by_order)
 
-    def _direct(self, k: IntArray, blocks: FloatArray) -> FloatArray:
-        """Return half of what blocks qq, qv, qa, vv (k, 4, 3025) add to active points, (220, 220).
+    def _half_of_direct(self, k: IntArray, blocks: FloatArray) -> FloatArray:
+        """Return a half of what blocks (k, 4, 55, 55) add to the active points, (220, 220).
 
-        The other half is its transpose.
+        The blocks of an instant are H_qq, H_qv, H_qa and H_vv. In the control points i and j they
+        are
+
+            sum over k of N_ki H_qq N_kj + N_ki H_qv N'_kj + N_ki H_qa N''_kj + N'_ki H_vv N'_kj
+
+        and the transposes of the mixed ones, H_vq and H_aq, which come with the other half;
+        therefore only half of H_qq and H_vv is taken. One product of matrices sums over instants
+        and blocks: its rows are pairs of control points, its columns are pairs of DOF.
         """
-        q, v, a = self._active_N[:, k]
-        pairs = (q / 2, q), (q, v), (q, a), (v / 2, v)
-        weights = np.stack([i[:, :, None] * j[:, None, :] for i, j in pairs])  # (4, k, 4, 4)
-        flat = weights.transpose(2, 3, 1, 0).reshape(16, -1) @ blocks.reshape(-1, N_DOF**2)
-        half = flat.reshape(4, 4, N_DOF, N_DOF).transpose(0, 2, 1, 3)
-        return half.reshape(4 * N_DOF, 4 * N_DOF)
+        q, v, a = self._active_N[:, k]  # N, N', N'': instant, control point
+        by_block = (q / 2, q), (q, v), (q, a), (v / 2, v)
+        weights = np.stack([i[:, :, None] * j[:, None, :] for i, j in by_block])
+        weights = weights.transpose(2, 3, 1, 0)  # from block, instant, i, j to i, j, instant, block
+        sums = weights.reshape(POINTS**2, -1) @ blocks.reshape(-1, N_DOF**2)
+        half = sums.reshape(POINTS, POINTS, N_DOF, N_DOF)  # i, j, DOF of i, DOF of j
+        return half.transpose(0, 2, 1, 3).reshape(POINTS * N_DOF, POINTS * N_DOF)
 
     def coupled(self) -> npt.NDArray[np.bool_]:
         """Return (m, m) true where second derivatives of two free control points can be."""
@@ -154,11 +177,11 @@ class Transcription:
 
 def _flat(rows: FloatArray) -> FloatArray:
     """Return rows (k, r, 4, 55) of several instants below each other, (k * r, 220)."""
-    return rows.reshape(-1, (DEGREE + 1) * N_DOF)
+    return rows.reshape(-1, POINTS * N_DOF)
 
 
 def _active_functions(basis: Basis, times: FloatArray) -> IntArray:
     """Return the four basis functions (K, 4) that are not zero at each instant."""
     piece = np.searchsorted(basis.breaks, times, side="right") - 1
-    piece = np.clip(piece, 0, basis.n_pieces - 1)
-    return np.asarray(piece[:, None] + np.arange(DEGREE + 1))
+    piece = np.clip(piece, 0, basis.n_pieces - 1)  # T belongs to the last one
+    return np.asarray(piece[:, None] + np.arange(POINTS))

@@ -22,7 +22,7 @@ from human_gait.solving.newton_solver import NewtonDetails, NewtonSolver
 SOLVERS = ("newton", "snopt", "ipopt")
 
 OPTIONS: dict[str, dict[str, Any]] = {
-    "newton": {},  # those of `interior_point.Goal`
+    "newton": {},  # those of `optimality.Goal`
     "snopt": {
         "Major feasibility tolerance": 1e-6,
         "Major optimality tolerance": 1e-4,

@@ -23,14 +23,9 @@ from pydrake.solvers import (
 
 from human_gait.arrays import FloatArray
 from human_gait.newton.active_set import follow
-from human_gait.newton.interior_point import (
-    LIMIT_REACHED,
-    NO_ROOM,
-    OPTIMAL,
-    Goal,
-    minimise,
-)
+from human_gait.newton.interior_point import LIMIT_REACHED, NO_ROOM, OPTIMAL, minimise
 from human_gait.newton.nonlinear_program import Duals, End, NonlinearProgram
+from human_gait.newton.optimality import Goal
 from human_gait.solving.mathematical_program import ProgramFunctions, binding_key, unsupported
 
 NAME = "newton"
@@ -126,7 +121,7 @@ class NewtonSolver(SolverInterface):  # type: ignore[misc]  # Drake's classes ha
 
     ``Solve(prog, initial_guess, solver_options)`` takes linear, quadratic and generic costs and
     constraints, bounding boxes and second-order cones. Options, set for ``NewtonSolver.id()``, are
-    those of `newton.interior_point.Goal`. Drake lets Python fill no MathematicalProgramResult with
+    those of `newton.optimality.Goal`. Drake lets Python fill no MathematicalProgramResult with
     duals; therefore the result is of a class of its own with the same methods.
 
     Parameters

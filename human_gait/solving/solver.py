@@ -15,7 +15,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from human_gait.arrays import FloatArray
-from human_gait.problem.program import COST_SCALE, GaitProgram, Stage
+from human_gait.problem.drake import Stage
+from human_gait.problem.program import COST_SCALE, GaitProgram
 from human_gait.problem.residual import Demand
 from human_gait.problem.violation import Violation
 from human_gait.solving.drake_solvers import SOLVERS, duals_of, refuse, solve_program, status_of
@@ -107,7 +108,7 @@ class End:
 
 @dataclass(frozen=True)
 class _Start:
-    """What a solve was given to start from."""
+    """What a solve was given to start from; arguments of `solve`."""
 
     point: FloatArray | None
     guess: FloatArray | None
@@ -115,14 +116,26 @@ class _Start:
     multipliers: Mapping[str, FloatArray] | None
 
     def of(self, program: GaitProgram, solver: str) -> End:
-        """Return what the torques start from: the point, the guess, or a posture path near it."""
+        """Return what the torques start from: the point, the guess, or a posture path near it.
+
+        Newton steps have exact second derivatives from the first one on and need no posture path
+        but where weights ask for it. SNOPT and IPOPT know none at first and go astray from a guess
+        that is not feasible: they take a posture path in any case.
+        """
         if self.point is not None:
-            return End(None, self.point, True, "given", 0)
+            return _without_steps(self.point, "given")
         guess = program.guess() if self.guess is None else self.guess
-        weights = self.weights if solver == "newton" else self.weights or POSTURE
+        weights = self.weights
+        if weights is None and solver != "newton":
+            weights = POSTURE
         if weights is None:
-            return End(None, guess, True, "guess", 0)
+            return _without_steps(guess, "guess")
         return posture_path(program, solver, guess, weights)
+
+
+def _without_steps(free: FloatArray, status: str) -> End:
+    """Return control points as they are, where no solver has been."""
+    return End(None, free, True, status, iterations=0)
 
 
 def solve(
