@@ -92,7 +92,7 @@ bench: $(TEST)
 	@$(BIN)/python benchmarks/evaluation.py --out out/bench
 
 test: $(TEST)
-	@$(BIN)/pytest -n auto --dist loadfile --cov --cov-report term
+	@$(BIN)/pytest -n auto --dist loadfile --no-loadscope-reorder --cov --cov-report term
 
 check: $(TEST)
 	@$(BIN)/ruff check

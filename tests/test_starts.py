@@ -274,7 +274,7 @@ def test_every_kind_of_start_can_lead_to_a_walk(solver):
     """From comfortable walking, and from a disturbed guess, to one speed and load."""
     task = scenario(1.4, 0.7, load={"mass": 9.0})
     program = build_program(task)
-    there = room.continued(program, solver)
+    there = room.continued(program, "newton")
     assert there.converged
     assert there.gait.scenario == task
     assert there.evaluations > program.functions.evaluations  # those on the way are counted
