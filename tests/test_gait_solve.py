@@ -1,6 +1,7 @@
 """Whole solves of the scenarios that come with the package: is it a walk, and like a person's?"""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
