@@ -70,7 +70,7 @@ def error(bounds: Bounds, state: State, barrier: float = 0.0) -> Error:
     scale = max(_SCALE, mean) / _SCALE
     missing = state.point.bounded - state.inside
     return Error(
-        float(np.abs(left).max()) / scale,
-        float(np.abs(missing).max()),
+        float(np.abs(left).max(initial=0.0)) / scale,
+        float(np.abs(missing).max(initial=0.0)),
         float(np.abs(products - barrier).max(initial=0.0)) / scale,
     )

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -23,12 +24,18 @@ from human_gait.arrays import FloatArray, IntArray
 from human_gait.newton.second_order import Alone, SecondOrder
 from human_gait.problem.functions import WalkFunctions
 from human_gait.problem.objective import Term
-from human_gait.problem.residual import Constraint
+from human_gait.problem.residual import Constraint, Demand
+from human_gait.problem.violation import Violation
 from human_gait.walk.bspline import DEGREE
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import load_gait
 
 ObjectArray = npt.NDArray[np.object_]
+
+Hessian = Callable[[FloatArray, FloatArray], FloatArray]
+
+_OFFERS: WeakKeyDictionary[EvaluatorBase, SecondOrder | Hessian] = WeakKeyDictionary()
+"""What evaluators offer: nothing in it holds its evaluator."""
 
 
 @dataclass(frozen=True)
@@ -43,16 +50,41 @@ class Stage:
     constraints : list of Constraint
     own : list of EvaluatorBase
         Constraints of the scenario; others were added by Drake's calls.
+    costs : list of EvaluatorBase
+        Terms of the scenario's objective; others were added.
     """
 
     prog: MathematicalProgram
     variables: FloatArray
     constraints: list[Constraint]
     own: list[EvaluatorBase]
+    costs: list[EvaluatorBase]
+
+    def point(self, P: FloatArray) -> FloatArray:
+        """Return all decision variables: P, and those that were added as they are guessed."""
+        x: FloatArray = np.nan_to_num(self.prog.initial_guess())
+        x[: len(P)] = P
+        return x
 
     def added(self) -> list[Binding]:
         """Return the constraints that were added by Drake's calls."""
         return [b for b in self.prog.GetAllConstraints() if b.evaluator() not in self.own]
+
+    def missing(self) -> list[str]:
+        """Return the names of constraints of the scenario that were taken out by Drake's calls."""
+        bound = [binding.evaluator() for binding in self.prog.GetAllConstraints()]
+        return [rows.get_description() for rows in self.own if rows not in bound]
+
+    def changed_cost(self, x: FloatArray) -> float | None:
+        """Return the sum of all costs at x; None if there are those of the scenario and no more."""
+        bindings = self.prog.GetAllCosts()
+        if [binding.evaluator() for binding in bindings] == self.costs:
+            return None
+        return float(sum(self.prog.EvalBinding(binding, x).item() for binding in bindings))
+
+    def added_violations(self, x: FloatArray) -> list[Violation]:
+        """Return the worst row at x of every constraint that was added."""
+        return [_worst_of(self.prog, binding, x) for binding in self.added()]
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,11 +170,12 @@ class RowsOfWalk:
         return value, jacobian * self.family.unit
 
 
-def add_term(prog: MathematicalProgram, term: TermOfWalk, variables: FloatArray) -> None:
-    """Add a term of the objective to a program as a cost of its name."""
+def add_term(prog: MathematicalProgram, term: TermOfWalk, variables: FloatArray) -> EvaluatorBase:
+    """Add a term of the objective to a program as a cost of its name; return its evaluator."""
     binding = prog.AddCost(lambda x: _seam(term.dense, x)[0], variables)
     binding.evaluator().set_description(term.term.name)
     offer(prog, binding, term)
+    return binding.evaluator()
 
 
 def add_rows(prog: MathematicalProgram, rows: RowsOfWalk, variables: FloatArray) -> EvaluatorBase:
@@ -161,15 +194,21 @@ def add_rows(prog: MathematicalProgram, rows: RowsOfWalk, variables: FloatArray)
     return evaluator
 
 
-def offer(prog: MathematicalProgram, binding: Binding, function: SecondOrder) -> None:
-    """Let ``newton`` take second derivatives of a cost or constraint from a function."""
-    offers(prog)[binding.evaluator()] = function
+def offer(prog: MathematicalProgram, binding: Binding, function: SecondOrder | Hessian) -> None:
+    """Let ``newton`` take second derivatives of a cost or constraint from a function.
+
+    The program keeps it, and clones of the program find it as long as that one lives.
+    """
+    evaluator = binding.evaluator()
+    if not hasattr(prog, "second_order"):
+        prog.second_order = {}
+    prog.second_order[evaluator] = _OFFERS[evaluator] = function
 
 
 def offer_hessian(
     prog: MathematicalProgram,
     binding: Binding,
-    hessian: Callable[[FloatArray, FloatArray], FloatArray],
+    hessian: Hessian,
 ) -> None:
     """Give the exact second derivatives of a cost or constraint of one's own to ``newton``.
 
@@ -184,21 +223,27 @@ def offer_hessian(
     hessian : function
         Variables (n,) of the binding, multipliers (m,) of its rows -> second derivatives (n, n) of
         the sum of multipliers * rows; of a cost m is 1.
+
+    Raises
+    ------
+    ValueError
+        If the cost or constraint is not in the program.
     """
-    offer(prog, binding, plain(binding.evaluator(), hessian))
+    evaluator = binding.evaluator()
+    if evaluator not in [b.evaluator() for b in [*prog.GetAllCosts(), *prog.GetAllConstraints()]]:
+        raise ValueError("the program has no such cost or constraint")
+    offer(prog, binding, hessian)
 
 
-def offers(prog: MathematicalProgram) -> dict[EvaluatorBase, SecondOrder]:
-    """Return what the evaluators of a program offer; they live as long as the program does."""
-    if not hasattr(prog, "second_order"):
-        prog.second_order = {}
-    found: dict[EvaluatorBase, SecondOrder] = prog.second_order
-    return found
+def offered(evaluator: EvaluatorBase) -> SecondOrder | None:
+    """Return what an evaluator offers, if anything."""
+    found = _OFFERS.get(evaluator)
+    if found is None or not callable(found):
+        return found
+    return plain(evaluator, found)
 
 
-def plain(
-    evaluator: EvaluatorBase, second: Callable[[FloatArray, FloatArray], FloatArray]
-) -> Alone:
+def plain(evaluator: EvaluatorBase, second: Hessian) -> Alone:
     """Return any of Drake's evaluators as a function with second derivatives from elsewhere."""
 
     def value(x: FloatArray) -> FloatArray:
@@ -212,6 +257,17 @@ def jacobian_of(evaluator: EvaluatorBase, x: FloatArray) -> FloatArray:
     """Return the Jacobian (m, n) of one of Drake's evaluators, by AutoDiff."""
     found = np.asarray(ExtractGradient(evaluator.Eval(InitializeAutoDiff(x))), dtype=float)
     return found if found.size else np.zeros((evaluator.num_outputs(), len(x)))  # a constant
+
+
+def _worst_of(prog: MathematicalProgram, binding: Binding, x: FloatArray) -> Violation:
+    """Return the worst row at x of a constraint that was added by Drake's calls."""
+    rows, evaluator = prog.EvalBinding(binding, x), binding.evaluator()
+    excess = np.maximum(evaluator.lower_bound() - rows, rows - evaluator.upper_bound())
+    excess = np.nan_to_num(excess, nan=np.inf)
+    row = int(np.argmax(excess)) if len(excess) else 0
+    name = evaluator.get_description() or " ".join(str(binding).split())
+    worst = max(float(excess[row]), 0.0) if len(excess) else 0.0
+    return Violation(Demand(name=name), "", worst, 0.0, f"row {row + 1}")
 
 
 def bspline_trajectory(gait: Gait | str | Path) -> BsplineTrajectory:

@@ -23,6 +23,7 @@ from human_gait.arrays import FloatArray
 from human_gait.body.limits import joint_limits
 from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, N_DOF, in_words
 from human_gait.exceptions import ScenarioError
+from human_gait.problem.balance_rows import SLIDING_FRICTION, TURNING_FRICTION
 from human_gait.problem.constraints import (
     LIMITS,
     SYMMETRY,
@@ -37,7 +38,6 @@ from human_gait.problem.drake import (
     TermOfWalk,
     add_rows,
     add_term,
-    offers,
 )
 from human_gait.problem.functions import WalkFunctions
 from human_gait.problem.objective import Term, objective, torque_weights
@@ -109,7 +109,10 @@ class GaitProgram:
         self._guess = self.guess()
         self._at_guess = self.functions.evaluated(self._guess)
         # the problem: terms, constraints, units of the variables, and Drake's program of them
-        self.terms = objective(scenario) + [_term(cost) for cost in costs]
+        _of_kind("costs", costs, (RunningCost, Term))
+        _of_kind("constraints", constraints, (PathConstraint,))
+        self.terms = objective(scenario)
+        self.terms += [own if isinstance(own, Term) else own.term() for own in costs]
         self.constraints = paper_constraints(scenario, plan, self.times)
         self.constraints += [own.constraint(self._at_guess) for own in constraints]
         _without_twins(self.constraints)
@@ -118,7 +121,8 @@ class GaitProgram:
         self.torques = self.stage(self.constraints)
         for term in self.terms:
             scaled = TermOfWalk(self._curvature, term, COST_SCALE)
-            add_term(self.torques.prog, scaled, self.variables)
+            evaluator = add_term(self.torques.prog, scaled, self.variables)
+            self.torques.costs.append(evaluator)
 
     def __repr__(self) -> str:
         size = f"{len(self.variables)} variables, {self.n_constraint_rows} constraint rows"
@@ -148,10 +152,11 @@ class GaitProgram:
         What has been added to the MathematicalProgram stays in it.
         """
         program, stage, prog = copy(self), self.torques, self.torques.prog.Clone()
-        offers(prog).update(offers(stage.prog))
         added = friction_constraints(self.functions.walker.plan, self.times)
         program.friction, program.constraints = True, self.constraints + added
-        program.torques = Stage(prog, stage.variables, program.constraints, list(stage.own))
+        program.torques = replace(
+            stage, prog=prog, constraints=program.constraints, own=list(stage.own)
+        )
         for constraint in added:
             self._add(program.torques, constraint)
         return program
@@ -199,8 +204,20 @@ class GaitProgram:
         """Return the rows of a constraint with their partials in q, v, a."""
         return self.functions.rows(constraint, free)
 
-    def violations(self, free: FloatArray) -> list[Violation]:
-        """Return the worst row of every constraint."""
+    def total_cost(self, free: FloatArray, x: FloatArray | None = None) -> float:
+        """Return the sum of all costs that the MathematicalProgram holds, [N^2 m^2 s].
+
+        `x` are all decision variables; without them those that were added are as they are guessed.
+        """
+        x = self.torques.point(free / self.unit) if x is None else x
+        changed = self.torques.changed_cost(x)
+        return self.cost(free)[0] if changed is None else changed / COST_SCALE
+
+    def violations(self, free: FloatArray, x: FloatArray | None = None) -> list[Violation]:
+        """Return the worst row of every constraint, of those added by Drake's calls too.
+
+        `x` as in `total_cost`.
+        """
         worst = [worst_row(c, self.rows(c, free), self.times) for c in self.constraints]
         matrix, ends = self.symmetry
         if len(ends):
@@ -209,7 +226,8 @@ class GaitProgram:
             what, unit = self.symmetry_words[row]
             T = self.basis.step_time
             worst.append(Violation(SYMMETRY, unit, float(apart[row]), T, what))
-        return worst
+        x = self.torques.point(free / self.unit) if x is None else x
+        return worst + self.torques.added_violations(x)
 
     def multipliers(self, duals: Mapping[str, FloatArray], at: FloatArray) -> dict[str, FloatArray]:
         """Return the shadow price of every bound by name of its constraint.
@@ -237,7 +255,7 @@ class GaitProgram:
     def duals(self, multipliers: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
         """Return the duals of `torques` by name from multipliers; inverse of `multipliers`."""
         duals = {name: COST_SCALE * price for name, price in multipliers.items()}
-        return {**duals, LIMITS.name: duals[LIMITS.name] * self.unit}
+        return {**duals, LIMITS.name: duals.get(LIMITS.name, 0.0 * self.unit) * self.unit}
 
     @property
     def symmetry_words(self) -> list[tuple[str, str]]:
@@ -256,7 +274,7 @@ class GaitProgram:
         lower, upper = (np.tile(limit, self.basis.n_free) / self.unit for limit in self.limits)
         box = prog.AddBoundingBoxConstraint(lower, upper, variables)
         box.evaluator().set_description(LIMITS.name)
-        stage = Stage(prog, variables, constraints, [box.evaluator()])
+        stage = Stage(prog, variables, constraints, [box.evaluator()], [])
         for constraint in constraints:
             self._add(stage, constraint)
         matrix, ends = self.symmetry
@@ -363,15 +381,20 @@ def refined_program(
     return build_program(scenario, basis, dynamics), P[: basis.n_free].ravel()
 
 
-def _term(cost: RunningCost | Term) -> Term:
-    return cost if isinstance(cost, Term) else cost.term()
+def _of_kind(what: str, given: object, kinds: tuple[type, ...]) -> None:
+    """Raise TypeError unless own costs or constraints are a sequence of the right kind."""
+    names = " or ".join(kind.__name__ for kind in kinds)
+    if not isinstance(given, Sequence):
+        raise TypeError(f"{what} must be a list of {names}, not a {type(given).__name__}")
+    for one in given:
+        if not isinstance(one, kinds):
+            raise TypeError(f"{what} must be a list of {names}, there is a {type(one).__name__}")
 
 
 def _without_twins(constraints: Sequence[Constraint]) -> None:
     """Raise ValueError if two constraints have one name: duals go by it."""
-    names = [constraint.name for constraint in constraints]
-    twins = {
-        name for name in names if names.count(name) > 1 or name in (LIMITS.name, SYMMETRY.name)
-    }
+    others = LIMITS, SYMMETRY, SLIDING_FRICTION, TURNING_FRICTION
+    names = [constraint.name for constraint in constraints] + [demand.name for demand in others]
+    twins = {name for name in names if names.count(name) > 1}
     if twins:
         raise ValueError(f"{min(twins)!r} is the name of more than one constraint")

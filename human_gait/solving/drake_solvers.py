@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
 from pydrake.solvers import (
     Binding,
+    EvaluatorBase,
     IpoptSolver,
     MathematicalProgram,
     SnoptSolver,
@@ -107,7 +108,8 @@ def solve_program(
     """
     refuse(prog, solver)
     chosen, wanted = engine(solver, duals), SolverOptions()
-    for name, value in {**OPTIONS[solver], **(options or {})}.items():
+    own = prog.solver_options().options.get(chosen.solver_id().name(), {})
+    for name, value in {**OPTIONS[solver], **own, **(options or {})}.items():
         wanted.SetOption(chosen.solver_id(), name, value)
     result: Result = chosen.Solve(prog, start, wanted)
     return result
@@ -132,11 +134,17 @@ def status_of(result: Result) -> tuple[str, int | None]:
     return str(details.ConvertStatusToString()), None
 
 
-def duals_of(prog: MathematicalProgram, result: Result) -> dict[str, FloatArray]:
-    """Return d cost / d bound by description of the constraint; none if it is not solved."""
+def duals_of(
+    prog: MathematicalProgram, result: Result, only: Sequence[EvaluatorBase] | None = None
+) -> dict[str, FloatArray]:
+    """Return d cost / d bound by description of the constraint; none if it is not solved.
+
+    `only` are the evaluators to tell of, by default all: descriptions may not be unique.
+    """
     if not result.is_success():
         return {}
     return {
         binding.evaluator().get_description(): np.asarray(result.GetDualSolution(binding))
         for binding in prog.GetAllConstraints()
+        if only is None or binding.evaluator() in only
     }

@@ -34,7 +34,7 @@ from human_gait.newton.second_order import (
     SecondOrder,
     by_differences,
 )
-from human_gait.problem.drake import jacobian_of, offers, plain
+from human_gait.problem.drake import jacobian_of, offered, plain
 
 HONOURED = {
     ProgramAttribute.kGenericCost,
@@ -84,7 +84,7 @@ class ProgramFunctions:
         if complaint := unsupported(prog):
             raise UnsupportedProgram(complaint)
         self.n = prog.num_vars()
-        self._prog, self._offers = prog, offers(prog)
+        self._prog = prog
         costs = [*prog.generic_costs(), *prog.linear_costs(), *prog.quadratic_costs()]
         curved = [*prog.generic_constraints(), *prog.quadratic_constraints()]
         curved += [*prog.lorentz_cone_constraints(), *prog.rotated_lorentz_cone_constraints()]
@@ -127,7 +127,9 @@ class ProgramFunctions:
         return float(sum(p.function.value(x[p.columns])[0] for p in self.costs))
 
     def gradient(self, x: FloatArray) -> FloatArray:
-        """Return the gradient (n,) of the sum of all costs."""
+        """Return the gradient (n,) of the sum of all costs; callbacks are called at its points."""
+        for callback in self._prog.visualization_callbacks():
+            callback.evaluator().Eval(x[self._columns(callback)])
         slope = np.zeros(self.n)
         for p in self.costs:
             columns = p.columns[p.function.entries[1]]
@@ -198,8 +200,8 @@ class ProgramFunctions:
 
     def _part(self, binding: Binding) -> _Part:
         evaluator = binding.evaluator()
-        known = self._offers.get(evaluator)
-        return _Part(binding, known or _function(evaluator), self._columns(binding))
+        function = offered(evaluator) or _function(evaluator)
+        return _Part(binding, function, self._columns(binding))
 
     def _columns(self, binding: Binding) -> IntArray:
         indices = self._prog.FindDecisionVariableIndices(binding.variables())

@@ -20,6 +20,7 @@ from pydrake.solvers import (
     SolverInterface,
     SolverOptions,
 )
+from pydrake.symbolic import Expression, Variable
 
 from human_gait.arrays import FloatArray
 from human_gait.newton.active_set import follow
@@ -62,7 +63,7 @@ class NewtonResult:
         self._variables = prog.decision_variables()
         self._index = {variable.get_id(): i for i, variable in enumerate(self._variables)}
         self._x, self._end = end.x, end
-        self._cost = functions.cost(end.x)
+        self._cost = _cost(functions, end.x)
         self._duals = functions.duals_by_binding(end.duals)
 
     def is_success(self) -> bool:
@@ -101,9 +102,18 @@ class NewtonResult:
         """
         if variables is None:
             return self._x
-        values = np.vectorize(lambda one: self._x[self._index[one.get_id()]], otypes=[float])
-        found = values(variables)
-        return found if np.ndim(variables) else float(found)
+        if isinstance(variables, Variable | Expression):
+            return self._value(variables)
+        given = np.asarray(variables, dtype=object)
+        return np.array([self._value(one) for one in given.flat]).reshape(given.shape)
+
+    def _value(self, one: Variable | Expression) -> float:
+        """Return the value of a variable or of an expression of variables."""
+        if isinstance(one, Variable):
+            return float(self._x[self._index[one.get_id()]])
+        return float(
+            one.Evaluate({v: self._x[self._index[v.get_id()]] for v in one.GetVariables()})
+        )
 
     def GetDualSolution(self, binding: Binding) -> FloatArray:  # noqa: N802, Drake's name
         """Return d cost / d bound (m,) of a constraint, positive where a lower bound holds it.
@@ -190,17 +200,27 @@ class NewtonSolver(SolverInterface):  # type: ignore[misc]  # Drake's classes ha
         UnsupportedProgram
             If something in the program cannot be honoured.
         ValueError
-            On an unknown option.
+            On an unknown option, or a guess of another size.
         """
         functions = ProgramFunctions(prog)
         guess = prog.initial_guess() if initial_guess is None else initial_guess
         start = np.nan_to_num(np.asarray(guess, dtype=float).ravel())
+        if len(start) != functions.n:
+            raise ValueError(f"a guess of {len(start)} numbers for {functions.n} variables")
         problem, goal = functions.problem(), _goal(prog, solver_options)
         if not self._warm:
             end = minimise(problem, start, goal)
         else:
             end = _warm(problem, start, functions.duals_from_names(self._warm), goal)
         return NewtonResult(prog, functions, end)
+
+
+def _cost(functions: ProgramFunctions, x: FloatArray) -> float:
+    """Return the cost at a point, infinite where it cannot be computed."""
+    try:
+        return functions.cost(x)
+    except np.linalg.LinAlgError:  # a pose at the end of its coordinates
+        return np.inf
 
 
 def _goal(prog: MathematicalProgram, options: SolverOptions | None) -> Goal:
@@ -218,7 +238,7 @@ def _goal(prog: MathematicalProgram, options: SolverOptions | None) -> Goal:
 def _warm(problem: NonlinearProgram, start: FloatArray, duals: Duals, goal: Goal) -> End:
     """Return where the active set leads, else where a low barrier does; all steps counted."""
     spent = 0
-    if len(start) <= _FEW_VARIABLES:
+    if len(start) <= _FEW_VARIABLES and goal == Goal():  # it has a goal of its own
         end = follow(problem, start, duals)
         if end.solved:
             return end

@@ -15,9 +15,9 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from human_gait.arrays import FloatArray
+from human_gait.exceptions import UnsupportedProgram
 from human_gait.problem.drake import Stage
-from human_gait.problem.program import COST_SCALE, GaitProgram
-from human_gait.problem.residual import Demand
+from human_gait.problem.program import GaitProgram
 from human_gait.problem.violation import Violation
 from human_gait.solving.drake_solvers import SOLVERS, duals_of, refuse, solve_program, status_of
 from human_gait.solving.watch import FEASIBLE, Interrupted, Iterate, Watch, watched
@@ -181,7 +181,14 @@ def solve(
     """
     if solver not in SOLVERS:
         raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
+    if not isinstance(program, GaitProgram):
+        raise TypeError(f"a program is solved, from build_program, not a {type(program).__name__}")
     refuse(program.torques.prog, solver)
+    if missing := program.torques.missing():
+        raise UnsupportedProgram(
+            f"the program lacks {', '.join(map(repr, missing))}: constraints of a walk cannot be "
+            "taken out, the scenario's tolerances and limits widen them"
+        )
     # matrices of some hundred rows are done before more threads have started
     with watched(program, tell) as watch, threadpool_limits(1, "blas"):
         return _stages(program, solver, watch, _Start(start, guess, weights, multipliers))
@@ -225,13 +232,12 @@ def run_stage(
 ) -> End:
     """Return where a solver ends from free control points; the variables are parts of the unit."""
     prog = stage.prog
-    x = np.nan_to_num(prog.initial_guess())  # of variables that were added; the first are P
-    x[: len(start)] = start / program.unit
+    x = stage.point(start / program.unit)
     warm = program.duals(multipliers) if multipliers else None
     result = solve_program(prog, solver, x, options, warm)
     status, iterations = status_of(result)
     free = np.asarray(result.GetSolution(stage.variables)) * program.unit
-    solved, duals = result.is_success(), duals_of(prog, result)
+    solved, duals = result.is_success(), duals_of(prog, result, stage.own)
     return End(np.asarray(result.get_x_val()), free, solved, status, iterations, duals)
 
 
@@ -247,16 +253,22 @@ def _stages(program: GaitProgram, solver: str, watch: Watch, given: _Start) -> S
             raise
         if watch.best is None:  # asked to stop before there was anything to keep
             raise KeyboardInterrupt from None
-        end = End(None, watch.best.free, False, "interrupted")
-    return _solution(program, solver, end, watch)
+        end = before = End(None, watch.best.free, False, "interrupted")
+    return _solution(program, solver, end, watch, before.free)
 
 
-def _solution(program: GaitProgram, solver: str, end: End, watch: Watch) -> Solution:
+def _solution(
+    program: GaitProgram, solver: str, end: End, watch: Watch, start: FloatArray
+) -> Solution:
     free, wall_time, status = end.free, watch.elapsed, end.status
     iterations = watch.count if end.iterations is None else end.iterations
     program.functions.observe = None
-    violations, cost = _judged(program, end)
-    feasible = _largest(violations) <= FEASIBLE
+    try:
+        violations, cost = _judged(program, end)
+        feasible = _largest(violations) <= FEASIBLE
+    except (np.linalg.LinAlgError, ValueError):  # no numbers, or a pose that cannot be computed
+        free, cost, feasible = start, program.total_cost(start), False
+        violations = program.violations(start)
     if not feasible and watch.best is not None:
         free, cost = watch.best.free, watch.best.cost
         violations = program.violations(free)
@@ -277,21 +289,16 @@ def _solution(program: GaitProgram, solver: str, end: End, watch: Watch) -> Solu
 
 
 def _judged(program: GaitProgram, end: End) -> tuple[list[Violation], float]:
-    """Return the violations and the cost of an end, of what Drake's calls added too."""
-    violations, (cost, _) = program.violations(end.free), program.cost(end.free)
-    prog, x = program.torques.prog, end.x
-    if x is None:
-        return violations, cost
-    if len(prog.GetAllCosts()) > len(program.terms):
-        costs = [prog.EvalBinding(binding, x).item() for binding in prog.GetAllCosts()]
-        cost = sum(costs) / COST_SCALE
-    for binding in program.torques.added():
-        evaluator, rows = binding.evaluator(), prog.EvalBinding(binding, x)
-        excess = np.maximum(evaluator.lower_bound() - rows, rows - evaluator.upper_bound())
-        row, what = int(np.argmax(excess)), evaluator.get_description() or str(binding)
-        worst = max(float(excess[row]), 0.0)
-        violations.append(Violation(Demand(name=what), "", worst, 0.0, f"row {row + 1}"))
-    return violations, cost
+    """Return the violations and the cost of an end, with those of what Drake's calls added.
+
+    Raises
+    ------
+    ValueError
+        If it is not a point of finite numbers.
+    """
+    if not np.all(np.isfinite(end.free)):
+        raise ValueError("the solver ended at what is no number")
+    return program.violations(end.free, end.x), program.total_cost(end.free, end.x)
 
 
 def _largest(violations: list[Violation]) -> float:

@@ -83,7 +83,7 @@ class Watch:
         if self.stop:
             raise Interrupted
         self.count += 1
-        cost = self.program.cost(free)[0]
+        cost = self.program.total_cost(free)
         worst = max(self.program.violations(free), key=lambda violation: violation.value)
         now = Iterate(self.stage, self.count, self.elapsed, cost, worst, free.copy())
         if self.best is None or _rank(now) < _rank(self.best):
