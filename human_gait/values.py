@@ -26,9 +26,9 @@ class Value:
     """Base of frozen dataclasses with arrays among their fields.
 
     Two are equal if they are of one class and all fields are equal: arrays by shape and elements,
-    mappings and sequences by what is in them; NaN is equal to itself; fields declared with
-    ``compare=False`` do not count. Equal values have equal hashes. Copies and pickles hold the
-    fields only, hence no cached property.
+    mappings and sequences by what is in them; NaN is equal to itself; an array is equal to arrays
+    only, not to a list or a number; fields declared with ``compare=False`` do not count. Equal
+    values have equal hashes. Copies and pickles hold the fields only, hence no cached property.
 
     Notes
     -----
@@ -104,7 +104,7 @@ def _freeze(value: object) -> None:
 
 def _same(one: object, other: object) -> bool:
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
-        return _same_arrays(np.asarray(one), np.asarray(other))
+        return _same_arrays(one, other)
     if isinstance(one, Mapping) and isinstance(other, Mapping):
         return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
     if isinstance(one, tuple | list) and isinstance(other, tuple | list):
@@ -115,7 +115,9 @@ def _same(one: object, other: object) -> bool:
     return bool(one == other) or both_nan
 
 
-def _same_arrays(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> bool:
+def _same_arrays(one: object, other: object) -> bool:
+    if not isinstance(one, np.ndarray) or not isinstance(other, np.ndarray):
+        return False  # a list of the same numbers has another hash
     can_be_nan = one.dtype.kind in "fc" and other.dtype.kind in "fc"
     return bool(np.array_equal(one, other, equal_nan=can_be_nan))
 

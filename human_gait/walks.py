@@ -87,11 +87,13 @@ def predict(  # noqa: PLR0913, options that are given by name
         its report, the constraints that are not kept, the checks that failed and what to try.
     ValueError
         If there is no such solver or dynamics.
+    TypeError
+        If `warm_from` is neither a gait nor a path.
     """
     if solver not in SOLVERS:
         raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
     task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
-    before = load(warm_from) if isinstance(warm_from, str | Path) else warm_from
+    before = _walk_before(warm_from)
     program = build_program(task, None, dynamics, costs, constraints)
     start = None if before is None else _warm_start(before, program)
     with _telling(progress) as tell:
@@ -141,6 +143,15 @@ def save(gait: Gait, folder: str | Path) -> Path:
         for name, content in contents.items():
             (new / name).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
     return Path(folder)
+
+
+def _walk_before(given: object) -> Gait | None:
+    if given is None or isinstance(given, Gait):
+        return given
+    if isinstance(given, str | Path):
+        return load(given)
+    kind = type(given).__name__
+    raise TypeError(f"warm_from must be a gait or the folder of its result, not {kind}")
 
 
 def _warm_start(gait: Gait, program: GaitProgram) -> Start:

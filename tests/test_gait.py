@@ -85,6 +85,25 @@ def test_one_time_gives_one_posture_and_many_give_many(name):
     np.testing.assert_allclose(function([0.2, 0.7])[1], function(0.7), atol=1e-12)
 
 
+@pytest.mark.parametrize("name", ["q", "v", "a", "tau", "muscle_torque"])
+def test_no_times_give_no_postures(name):
+    assert getattr(GAIT, name)([]).shape == (0, 55)
+
+
+def test_samples_at_no_times_have_the_shapes_of_one_without_any():
+    none, one = GAIT.instants([]), GAIT.instants(0.2)
+    for item in dataclasses.fields(none):
+        assert getattr(none, item.name).shape == (0, *getattr(one, item.name).shape[1:])
+
+
+@pytest.mark.parametrize("name", ["q", "v", "a", "tau", "muscle_torque", "instants"])
+@pytest.mark.parametrize("t", [[[0.0, 0.1]], [[]], [[0.0], [0.0, 0.1]], "soon", {}])
+def test_times_are_a_number_or_a_list_of_numbers(name, t):
+    with pytest.raises(ValueError, match="times must be a number or a list of numbers") as caught:
+        getattr(GAIT, name)(t)
+    assert "\n" not in str(caught.value)
+
+
 def test_the_torques_of_the_global_dof_vanish():
     assert np.abs(GAIT.tau(TIMES)[:, :6]).max() < 1e-9 * GAIT.plan.weight
 

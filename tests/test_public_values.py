@@ -212,6 +212,42 @@ def test_checks_by_name_and_place():
         _ = checks[999]
 
 
+def changed(array, value):
+    array = array.copy()
+    array.flat[array.size // 2] = value
+    return array
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("control_points", np.nan),
+        ("control_points", np.inf),
+        ("control_points", 1e300),
+        ("breaks", np.nan),
+    ],
+)
+def test_a_gait_that_is_not_of_finite_numbers_is_refused_in_one_line(name, value):
+    """Large numbers are finite, but not what follows from them."""
+    gait = values()["Gait"]
+    gait = replace(gait, **{name: changed(getattr(gait, name), value)})
+    with pytest.raises(hg.ResultError, match="not a finite number: ") as caught:
+        hg.verify(gait)
+    assert "\n" not in str(caught.value)
+    assert np.isfinite(value) or name in str(caught.value)
+
+
+def test_a_gait_of_large_numbers_fails_its_checks():
+    gait = values()["Gait"]
+    assert not hg.verify(replace(gait, control_points=100.0 * gait.control_points)).passed
+
+
+@pytest.mark.parametrize("start", [3, {}, ["folder"]])
+def test_what_is_no_walk_to_start_from_is_refused_by_its_type(start):
+    with pytest.raises(TypeError, match=f"a gait or .* folder .*, not {type(start).__name__}"):
+        hg.predict(values()["Scenario"], warm_from=start)
+
+
 def test_a_comparison_prints_its_scores():
     found = values()["Comparison"]
     text = str(found)

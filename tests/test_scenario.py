@@ -412,6 +412,10 @@ def test_the_range_of_a_joint_is_replaced_by_its_key():
         ({"wlak.speed": 1.0}, ["wlak.speed: unknown", "did you mean walk.speed?"]),
         ({"walk.speed.x": 1.0}, ["walk.speed.x: unknown"]),
         ({"zzz": 1.0}, ["zzz: unknown setting, known are name, walk"]),
+        ({"knee_flexion_r": [0, 70]}, ["did you mean limits.knee_flexion_r?"]),
+        ({"knee_flex_l": [0, 70]}, ["did you mean limits.knee_flexion_l?"]),
+        ({"limits.ranges": ()}, ["limits.ranges: is no joint", "name"]),
+        ({"limits.ranges": [0, 70]}, ["limits.ranges: is no joint", "name"]),
         ({"ranges": ()}, ["ranges: unknown"]),
         ({"mass": 80.0}, ["mass: could be", "subject.mass or load.mass"]),
         ({"walk.speed": 1.0, "speed": 1.0}, ["walk.speed: is given twice"]),
@@ -509,6 +513,52 @@ def test_a_name_that_is_no_dof_is_refused_with_the_nearest(tmp_path):
     with pytest.raises(ScenarioError, match=r"limits.pelvis_rX.*did you mean pelvis_rx\?"):
         limits.ranges_si(DOF_NAMES)
     assert Limits(frozen=("pelvis_rx",)).frozen_dofs(DOF_NAMES) == ("pelvis_rx",)
+
+
+KNEE = "knee_flexion_r"
+
+
+@pytest.mark.parametrize(
+    ("make", "parts"),
+    [
+        (lambda: Limits(frozen=KNEE), ["limits.frozen", KNEE, "list of names"]),
+        (lambda: Limits(frozen=(1,)), ["limits.frozen", "list of names"]),
+        (lambda: Limits(frozen=("pelvis_ty",)), ["limits.frozen", "pelvis_ty"]),
+        (lambda: Limits(ranges=DofRange(KNEE, 0, 70)), ["limits.ranges", "list of ranges"]),
+        (lambda: Limits(ranges=((KNEE, 0, 70),)), ["limits.ranges", KNEE, "DofRange"]),
+        (lambda: Limits((KNEE,), (DofRange(KNEE, 0, 70),)), [f"limits.{KNEE}", "is frozen"]),
+        (lambda: Limits((), 2 * (DofRange(KNEE, 0, 70),)), [f"limits.{KNEE}", "twice"]),
+        (lambda: DofRange(KNEE, 70, 0), [f"limits.{KNEE} = [70, 0]", "lower not above upper"]),
+        (lambda: DofRange(KNEE, 0, math.nan), [f"limits.{KNEE}", "-180 to 180 deg"]),
+        (lambda: DofRange("pelvis_tz", 0, 70), ["limits.pelvis_tz", "-20 to 20 m"]),
+        (lambda: DofRange(KNEE, "0 m", "70 deg"), [f"limits.{KNEE}", "an angle is wanted"]),
+        (lambda: DofRange("frozen", 0, 70), ["limits.frozen", "is no joint"]),
+        (lambda: DofRange("ranges", 0, 70), ["limits.ranges", "is no joint"]),
+        (lambda: DofRange(3, 0, 70), ["limits = 3", "name of a joint"]),
+    ],
+)
+def test_wrong_limits_are_refused_wherever_they_are_made(make, parts):
+    with pytest.raises(ScenarioError) as caught:
+        make()
+    assert len(caught.value.errors) == 1
+    assert [part for part in parts if part not in str(caught.value)] == []
+
+
+def test_all_that_is_wrong_with_limits_is_told_at_once():
+    with pytest.raises(ScenarioError) as caught:
+        Limits(frozen=KNEE, ranges=3)
+    assert [error.key for error in caught.value.errors] == ["limits.frozen", "limits.ranges"]
+
+
+def test_limits_are_the_same_however_they_are_written():
+    """Lists become tuples, quantities and integers numbers: as from a file."""
+    ranges = [DofRange(KNEE, "0 rad", "90 deg"), DofRange("pelvis_tz", 0, "150 cm")]
+    made = scenario(limits=Limits(["pelvis_rx"], ranges))
+    written = {"frozen": ["pelvis_rx"], KNEE: [0.0, 90.0], "pelvis_tz": [0, 1.5]}
+    assert made == scenario(limits=written)
+    assert hash(made) == hash(scenario(limits=written))
+    assert made.limits.ranges_si(DOF_NAMES)[KNEE] == pytest.approx((0.0, math.pi / 2))
+    assert Scenario.from_dict(tomllib.loads(made.to_toml())) == made
 
 
 def test_all_names_that_are_no_dof_are_told_at_once():

@@ -84,6 +84,35 @@ def test_zeros_of_either_sign_and_numbers_of_any_type_are_equal_with_one_hash():
 
 
 @pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ([0.0, 1.0], np.array([0.0, 1.0])),
+        ((0.0, 1.0), np.array([0.0, 1.0])),
+        (0.0, np.array(0.0)),
+        (0.0, np.float64(0.0)),
+        (np.array([1]), np.array([1.0])),
+        ([0.0], (0.0,)),
+        ({"a": [1.0]}, {"a": np.ones(1)}),
+        (Sole([1.0]), Sole(np.ones(1))),
+    ],
+)
+def test_what_is_equal_has_one_hash_whatever_it_is_held_in(one, other):
+    """Either they differ, both ways round, or a set takes them for one."""
+    one, other = Sole(one), Sole(other)
+    assert (one == other) == (other == one)
+    assert len({one, other}) == (1 if one == other else 2)
+    if one == other:
+        assert hash(one) == hash(other)
+
+
+def test_an_array_is_equal_to_arrays_only():
+    for other in ([0.0, 1.0], (0.0, 1.0)):
+        assert Sole(np.array([0.0, 1.0])) != Sole(other)
+        assert Sole(other) != Sole(np.array([0.0, 1.0]))
+    assert Sole(np.array(0.0)) != Sole(0.0)
+
+
+@pytest.mark.parametrize(
     "copied", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))]
 )
 def test_copies_are_equal_and_without_caches(copied):

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from dataclasses import fields
 from html import escape
 from pathlib import Path
 from typing import SupportsIndex, overload
 
+import numpy as np
+
 from human_gait.checks.check import Check
 from human_gait.checks.verification import verify as verify_record
-from human_gait.walk.gait import Gait
+from human_gait.exceptions import ResultError
+from human_gait.walk.gait import Gait, Samples
 from human_gait.walk.gait_file import Record, load_record, make_record
 
 _SHOWN = 10
@@ -110,13 +114,28 @@ def verify(result: Gait | Record | str | Path) -> Checks:
     Raises
     ------
     ResultError
-        If there is no gait that can be read.
+        If there is no gait that can be read, or it holds what is not a finite number.
     """
     if isinstance(result, Gait):
-        return Checks(verify_record(make_record(result)))
+        return Checks(verify_record(_finite_record(result)))
     if isinstance(result, Record):
         return Checks(verify_record(result))
     return Checks(verify_record(load_record(result)))
+
+
+def _finite_record(gait: Gait) -> Record:
+    """Return what a gait claims, as far as the engines can look at it: Drake ends the process."""
+    _refuse_not_finite(gait, "breaks", "control_points")
+    with np.errstate(all="ignore"):
+        record = make_record(gait)
+    _refuse_not_finite(record.samples, *(item.name for item in fields(Samples)))
+    return record
+
+
+def _refuse_not_finite(holder: Gait | Samples, *names: str) -> None:
+    wrong = [name for name in names if not np.all(np.isfinite(getattr(holder, name)))]
+    if wrong:
+        raise ResultError(f"the gait holds what is not a finite number: {', '.join(wrong)}")
 
 
 def _cells(check: Check) -> tuple[str, ...]:

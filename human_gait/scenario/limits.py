@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
@@ -25,11 +26,23 @@ def range_rule(name: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class DofRange:
-    """Own range of one DOF, in degrees (metres for the translations of the pelvis)."""
+    """Own range of one DOF, in degrees (metres for the translations of the pelvis).
+
+    Raises
+    ------
+    ScenarioError
+        If the limits are no numbers or quantities in range, or the lower is above the upper.
+    """
 
     name: str
     lower: float
     upper: float
+
+    def __post_init__(self) -> None:
+        """Replace the limits by their checked form, a quantity by its number."""
+        lower, upper = _range(self.name, [self.lower, self.upper])
+        object.__setattr__(self, "lower", lower)
+        object.__setattr__(self, "upper", upper)
 
 
 @section
@@ -37,6 +50,11 @@ class Limits(Section):
     """Exceptions to the joint limits: DOF held at zero and DOF with a range of their own.
 
     In the file ``frozen = ["name", ...]`` and, for each range, ``name = [lower, upper]``.
+
+    Raises
+    ------
+    ScenarioError
+        With everything that is wrong, but for names that no DOF has: these are known to the body.
     """
 
     frozen: tuple[str, ...] = free(
@@ -49,9 +67,6 @@ class Limits(Section):
         default=(),
         default_words="the usual range of the joint",
     )
-
-    def __post_init__(self) -> None:
-        """Leave the check of names and numbers to `from_table` and to the known DOF."""
 
     @classmethod
     def from_table(cls, table: object) -> Self:
@@ -71,13 +86,20 @@ class Limits(Section):
         return cls(frozen, tuple(ranges))
 
     @classmethod
+    def _checked(cls, name: str, value: object) -> Any:
+        return _names(value) if name == "frozen" else _ranges(value)
+
+    @classmethod
     def conflicts(cls, values: Mapping[str, Any]) -> Iterator[ScenarioError]:
-        """Yield what is frozen and must move."""
-        for name in sorted(set(values["frozen"]) & NOT_FROZEN):
+        """Yield what is frozen and must move, and what has two ranges."""
+        frozen = values.get("frozen", ())
+        for name in sorted(set(frozen) & NOT_FROZEN):
             yield ScenarioError("limits.frozen", "cannot hold the pelvis at the origin", name)
-        for limited in values["ranges"]:
-            if limited.name in values["frozen"]:
-                yield ScenarioError(cls.dotted(limited.name), "is frozen and cannot have a range")
+        for name, times in Counter(limited.name for limited in values.get("ranges", ())).items():
+            if name in frozen:
+                yield ScenarioError(cls.dotted(name), "is frozen and cannot have a range")
+            if times > 1:
+                yield ScenarioError(cls.dotted(name), "is given twice")
 
     def to_table(self) -> dict[str, Any]:
         """Return the section as it stands in a file."""
@@ -103,12 +125,29 @@ def _names(value: object) -> tuple[str, ...]:
     return tuple(value)
 
 
+def _ranges(value: object) -> tuple[DofRange, ...]:
+    if not isinstance(value, list | tuple) or not all(isinstance(one, DofRange) for one in value):
+        words = 'must be a list of ranges, such as [DofRange("knee_flexion_r", 0, 70)]'
+        raise ScenarioError("limits.ranges", words, value)
+    return tuple(value)
+
+
 def _dof_range(name: str, value: object) -> DofRange:
+    return DofRange(name, *_range(name, value))
+
+
+def _range(name: object, value: object) -> tuple[float, float]:
+    """Return the lower and the upper limit of a DOF as plain numbers."""
+    if not isinstance(name, str):
+        raise ScenarioError("limits", "must have each range under the name of a joint", name)
     key, rule = Limits.dotted(name), range_rule(name)
+    if name in Limits.kinds():
+        words = "is no joint: a range stands under the name of one, such as limits.knee_flexion_r"
+        raise ScenarioError(key, words)
     lower, upper = checked(key, value, tuple[float, float], rule)
     if lower > upper:
         raise ScenarioError(key, "must be [lower, upper] with lower not above upper", value)
-    return DofRange(name, lower, upper)
+    return lower, upper
 
 
 def _in_si(limited: DofRange) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from human_gait import data
 from human_gait.exceptions import ScenarioError
 from human_gait.scenario.schema import Section, gathered, nearest, refuse, unknown
 
@@ -65,7 +66,8 @@ def full_key(whole: type[Section], name: str) -> str:
         return meant[0]
     if meant:
         raise ScenarioError(name, f"could be several settings: say {' or '.join(meant)}")
-    bare = {key.partition(".")[2]: key for key in dotted}
+    joints = [f"limits.{row['name']}" for row in data.rows("joint_limits")]
+    bare = {key.partition(".")[2]: key for key in [*dotted, *joints]}
     near = nearest(name, [*whole.kinds(), *bare])
     if near and near[0] in bare:
         raise ScenarioError(name, f"unknown setting, did you mean {bare[near[0]]}?")

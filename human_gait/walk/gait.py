@@ -155,7 +155,7 @@ class Gait(Uses, Value):
 
     def tau(self, t: npt.ArrayLike) -> FloatArray:
         """Return the joint torques (55,) or (K, 55) at times t >= 0, [N m]; 0 for global DOF."""
-        torques = self.instants(np.atleast_1d(t)).tau
+        torques = self.instants(t).tau
         return torques if np.ndim(t) else torques[0]
 
     def muscle_torque(self, t: npt.ArrayLike) -> FloatArray:
@@ -163,19 +163,20 @@ class Gait(Uses, Value):
 
         The rest is given by passive tissues.
         """
-        torques = self.instants(np.atleast_1d(t)).active
+        torques = self.instants(t).active
         return torques if np.ndim(t) else torques[0]
 
     def instants(self, t: npt.ArrayLike) -> Samples:
         """Return the gait at times t (K,) >= 0, [s]; after T the next steps follow."""
-        times = np.atleast_1d(np.asarray(t, dtype=float))
+        times = _times(t)
         step, within = self._steps(times)
         return onward(replace(self.step_samples(within), t=times), step, self.cycle)
 
     def step_samples(self, t: FloatArray) -> Samples:
         """Return the gait at times t (K,) within the first step, its end T included."""
-        parts = [t[k : k + _CHUNK] for k in range(0, max(len(t), 1), _CHUNK)]
-        return _joined([samples(self.step_instants(part), part) for part in parts])
+        some = t if len(t) else np.zeros(1)  # of no times the shapes are those of one
+        parts = [some[k : k + _CHUNK] for k in range(0, len(some), _CHUNK)]
+        return _joined([samples(self.step_instants(part), part) for part in parts], len(t))
 
     def step_instants(self, t: FloatArray) -> Instants:
         """Return everything known at times t (K,) within the first step, with partials."""
@@ -189,7 +190,7 @@ class Gait(Uses, Value):
         return step, np.clip(times - step * self.step_time, 0.0, self.step_time)
 
     def _motion(self, t: npt.ArrayLike, order: int) -> FloatArray:
-        times = np.atleast_1d(np.asarray(t, dtype=float))
+        times = _times(t)
         step, within = self._steps(times)
         motion = self.basis.matrix(within, order) @ self.control_points
         motion = (self.cycle.turned if order else self.cycle.image)(motion, step)
@@ -219,9 +220,23 @@ def samples(now: Instants, times: FloatArray) -> Samples:
     )
 
 
-def _joined(parts: list[Samples]) -> Samples:
+def _times(t: npt.ArrayLike) -> FloatArray:
+    """Return one time or many as an array (K,), [s]."""
+    wanted = "times must be a number or a list of numbers"
+    try:
+        times = np.atleast_1d(np.asarray(t, dtype=float))
+    except (TypeError, ValueError):
+        raise ValueError(f"{wanted}, not {t!r:.60}") from None
+    if times.ndim > 1:
+        raise ValueError(f"{wanted}, not an array of shape {times.shape}")
+    return times
+
+
+def _joined(parts: list[Samples], n: int) -> Samples:
+    """Return the first n instants of several samples."""
     names = [item.name for item in fields(Samples)]
-    return Samples(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    arrays = (np.concatenate([getattr(part, name) for part in parts])[:n] for name in names)
+    return Samples(*arrays)
 
 
 def _on_ground(xz: FloatArray) -> FloatArray:
