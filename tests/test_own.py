@@ -181,14 +181,14 @@ def test_wrong_shapes_are_named(name):
     [({"lower": [0.0, 0.0, 0.0]}, "bounds of shape"), ({"what": ["one"]}, "1 words for 2 rows")],
 )
 def test_bounds_and_words_have_to_be_as_many_as_rows(changes, what):
-    own = replace(PathConstraint("own", curved), **changes)
+    own = replace(PathConstraint("own", curved, upper=1.0), **changes)
     with pytest.raises(ValueError, match=f"own: {what}"):
         build_program(TASKS["mirrored"], constraints=[own])
 
 
 @pytest.mark.parametrize("name", ["ZMP stability", "joint limit", "own"])
 def test_a_name_that_is_taken_is_refused(name):
-    taken = [PathConstraint(name, curved), PathConstraint("own", curved)]
+    taken = [PathConstraint(each, curved, upper=1.0) for each in (name, "own")]
     with pytest.raises(ValueError, match=f"'{name}' is the name of more than one"):
         build_program(TASKS["mirrored"], constraints=taken)
 
