@@ -25,7 +25,7 @@ from human_gait.solving.diagnosis import not_kept, suggestions
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import Solution
 from human_gait.solving.starts import GIVEN, WARM, Attempt, Start, Tell, best, climb
-from human_gait.solving.summary import explanation_content, summary_content
+from human_gait.solving.summary import explanation_content, own_bounds, summary_content
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
 from human_gait.solving.watch import Iterate
 from human_gait.walk.gait import Gait
@@ -170,7 +170,7 @@ def _with_its_story(kept: Attempt, seed: int) -> Gait:
         "iterations": solution.iterations,
         "evaluations": solution.evaluations,
     }
-    found = {**solution.gait.solution, **story}
+    found = {**solution.gait.solution, **story, **own_bounds(kept.program, solution)}
     return replace(solution.gait, solution=found, multipliers=solution.multipliers)
 
 
@@ -205,7 +205,8 @@ def _attempt(gait: Gait) -> Attempt:
 def _program(gait: Gait) -> GaitProgram:
     """Return the problem that a gait solves, with friction where it was found with that.
 
-    Costs and constraints of one's own are functions, which no gait carries.
+    Costs and constraints of one's own are functions, which no gait carries; it knows only what
+    their bounds cost (`own_bounds`).
     """
     program = build_program(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
     held = program.with_friction()
