@@ -85,8 +85,9 @@ def predict(  # noqa: PLR0913, options that are given by name
     NoSolutionFound
         If the solver did not converge or a check fails; it carries the best gait so far and, as
         its report, the constraints that are not kept, the checks that failed and what to try.
-    ValueError
-        If there is no such solver or dynamics.
+    ValueError, TypeError
+        If there is no such solver or dynamics, or a cost or constraint of one's own is no such
+        thing: too few or wrong numbers, bounds that nothing is between, ...
     """
     if solver not in SOLVERS:
         raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
