@@ -24,7 +24,8 @@ from human_gait.checks import ground, motion
 from human_gait.checks.verification import verify
 from human_gait.exceptions import ResultError
 from human_gait.people.reference import references_near, scores
-from human_gait.problem.program import build_program, refined_program
+from human_gait.problem.program import build_program
+from human_gait.problem.refinement import refined_program
 from human_gait.scenario import Scenario, load_scenario
 from human_gait.solving.solver import Solution, solve
 from human_gait.walk.gait import Gait

@@ -9,7 +9,8 @@ from pathlib import Path
 from human_gait import console
 from human_gait.checks.verification import verify
 from human_gait.exceptions import ResultError
-from human_gait.problem.program import GaitProgram, build_program, refined_program
+from human_gait.problem.program import GaitProgram, build_program
+from human_gait.problem.refinement import refined_program
 from human_gait.reporting.agreement import agreement_to_folder
 from human_gait.results.folder import replaced_folder, whole_file
 from human_gait.results.names import (

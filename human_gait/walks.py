@@ -25,7 +25,7 @@ from human_gait.solving.diagnosis import not_kept, suggestions
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import Solution
 from human_gait.solving.starts import GIVEN, WARM, Attempt, Start, Tell, best, climb
-from human_gait.solving.summary import explanation_content, summary_content
+from human_gait.solving.summary import explanation_content, own_bounds, summary_content
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
 from human_gait.solving.watch import Iterate
 from human_gait.walk.gait import Gait
@@ -85,10 +85,11 @@ def predict(  # noqa: PLR0913, options that are given by name
     NoSolutionFound
         If the solver did not converge or a check fails; it carries the best gait so far and, as
         its report, the constraints that are not kept, the checks that failed and what to try.
-    ValueError
-        If there is no such solver or dynamics.
+        ValueError
+        If there is no such solver or dynamics, or a cost or constraint of one's own returns what it
+        should not, or has bounds that nothing is between.
     TypeError
-        If `warm_from` is neither a gait nor a path.
+        If `warm_from` is no gait or path, or own costs and constraints are no such things.
     """
     if solver not in SOLVERS:
         raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
@@ -181,7 +182,7 @@ def _with_its_story(kept: Attempt, seed: int) -> Gait:
         "iterations": solution.iterations,
         "evaluations": solution.evaluations,
     }
-    found = {**solution.gait.solution, **story}
+    found = {**solution.gait.solution, **story, **own_bounds(kept.program, solution)}
     return replace(solution.gait, solution=found, multipliers=solution.multipliers)
 
 
@@ -216,7 +217,8 @@ def _attempt(gait: Gait) -> Attempt:
 def _program(gait: Gait) -> GaitProgram:
     """Return the problem that a gait solves, with friction where it was found with that.
 
-    Costs and constraints of one's own are functions, which no gait carries.
+    Costs and constraints of one's own are functions, which no gait carries; it knows only what
+    their bounds cost (`own_bounds`).
     """
     program = build_program(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
     held = program.with_friction()

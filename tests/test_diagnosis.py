@@ -386,6 +386,18 @@ def test_influences_sum_prices_of_all_instants_and_leave_out_what_is_negligible(
     assert influences(program, solution_like(program, {}, cost=1.0)) == []
 
 
+@pytest.mark.parametrize("cost", [0.0, -5.0])
+def test_savings_of_a_rewarded_walk_are_shares_of_its_effort(cost):
+    """Rewards may leave nothing of the objective, or less: the effort itself, Eq. (18), is left."""
+    program = build_program(scenario())
+    prices = {c.name: np.zeros(len(c.lower)) for c in program.constraints}
+    prices[LIMITS.name] = np.zeros(len(program.unit))
+    effort = program.cost(program.guess())[0]
+    prices[PELVIC_VELOCITY.name][2] = -effort
+    (found,) = influences(program, solution_like(program, prices, cost))
+    assert found.saving == pytest.approx(STEPS["m/s"][0], rel=1e-9)
+
+
 def solution_like(program, multipliers, cost):
     numbers = {"iterations": 1, "evaluations": 1, "wall_time": 1.0}
     return Solution(

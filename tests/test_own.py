@@ -1,11 +1,13 @@
 """Costs and constraints of one's own: derivatives, shapes, and that every solver honours them."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from walks import central_difference, near_walk, scenario
 
+import human_gait as hg
 from human_gait.body.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF, index
 from human_gait.problem.objective import squared_torque_rate
 from human_gait.problem.own import Motion, PathConstraint, Rows, RunningCost
@@ -161,6 +163,144 @@ def test_everything_together_is_the_sum_of_its_parts(task):
     slopes_agree(program, [*program.terms, torque_rate(program)], curved_ones)
 
 
+def plain(motion):
+    """The flexion of the right knee, which any motion has."""
+    by_q = np.zeros((len(motion.t), 1, N_DOF))
+    by_q[:, 0, KNEE] = 1.0
+    return Rows(motion.q[:, [KNEE]], by_q)
+
+
+def spoilt(part, at=0, by=np.nan):
+    """The same with one number that is none."""
+
+    def rows(motion):
+        found = plain(motion)
+        getattr(found, part)[at] = by
+        return found
+
+    return rows
+
+
+KNEE = index("knee_flexion_r")
+FEW = (2, 4 * N_DOF, 4 * N_DOF)
+MISTAKES = {
+    "an array": ({"rows": lambda m: m.q}, "returns ndarray, must be Rows"),
+    "nothing": ({"rows": lambda _: None}, "returns NoneType, must be Rows"),
+    "a list": ({"rows": lambda m: list(plain(m))}, "returns list, must be Rows"),
+    "no rows": ({"rows": lambda m: Rows(np.zeros((len(m.t), 0)))}, r"rows of shape .*, 0\), must"),
+    "rows that are words": ({"rows": lambda _: Rows("knee")}, "rows are no array of numbers"),
+    "NaN": ({"rows": spoilt("value")}, "rows at the first guess must be finite"),
+    "infinite": ({"rows": spoilt("value", by=np.inf)}, "rows at the first guess must be finite"),
+    "NaN late": ({"rows": spoilt("value", at=-1)}, "rows at the first guess must be finite"),
+    "partials of NaN": ({"rows": spoilt("by_q")}, "by_q at the first guess must be finite"),
+    "second of one instant": (
+        {"second": lambda *_: np.zeros(FEW[1:])},
+        "second derivatives of shape .* must be",
+    ),
+    "second of q alone": (
+        {"second": lambda m, _: np.zeros((len(m.t), N_DOF, N_DOF))},
+        "second derivatives of shape .* must be",
+    ),
+    "no second": ({"second": lambda *_: None}, "second derivatives of shape .* must be"),
+    "second of NaN": (
+        {"second": lambda m, _: np.full((len(m.t), *FEW[1:]), np.nan)},
+        "second derivatives at the first guess must be finite",
+    ),
+}
+
+
+def told_in_one_line(make, name, what):
+    """What is said of a mistake begins with the name of what it is in."""
+    with pytest.raises((TypeError, ValueError), match=what) as raised:
+        make()
+    said = str(raised.value)
+    assert said.startswith(f"{name}: ")
+    assert len(said.splitlines()) == 1
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_mistakes_in_functions_are_told_before_anything_is_solved(name):
+    changes, what = MISTAKES[name]
+    program = build_program(TASKS["mirrored"])
+    now = program.instants(program.guess())
+    held = replace(PathConstraint("own", plain, upper=2.0), **changes)
+    told_in_one_line(lambda: held.constraint(now), "own", what)
+    cost = replace(RunningCost("own", plain), **changes)
+    told_in_one_line(lambda: cost.checked(now), "own", what)
+
+
+@pytest.mark.parametrize(
+    ("changes", "what"),
+    [
+        ({"weight": np.nan}, "weight is nan, must be finite"),
+        ({"weight": -np.inf}, "weight is -inf, must be finite"),
+        ({"weight": "much"}, "weight is 'much', must be a number"),
+        ({"weight": None}, "weight is None, must be a number"),
+        ({"name": 7}, "name is 7, must be text"),
+    ],
+)
+def test_mistakes_in_a_cost_are_told(changes, what):
+    program = build_program(TASKS["mirrored"])
+    cost = replace(RunningCost("own", plain), **changes)
+    now = program.instants(program.guess())
+    told_in_one_line(lambda: cost.checked(now), cost.name, what)
+
+
+def test_a_cost_without_mistakes_is_itself():
+    program = build_program(TASKS["mirrored"])
+    for cost in COSTS.values():
+        assert cost.checked(program.instants(program.guess())) is cost
+
+
+@pytest.mark.parametrize(
+    ("changes", "what"),
+    [
+        ({"upper": np.nan}, "row 1 has the bounds -inf and nan, must be numbers, lower <= upper"),
+        ({"lower": np.nan}, "row 1 has the bounds nan and 1, must be numbers, lower <= upper"),
+        ({"lower": 1.1}, "row 1 has the bounds 1.1 and 1, must be numbers, lower <= upper"),
+        ({"upper": np.inf}, "row 1 has the bounds -inf and inf, one of them must be finite"),
+        ({"upper": [1.0, np.inf]}, "row 2 has the bounds -inf and inf, one of them must be finite"),
+        ({"lower": np.inf, "upper": np.inf}, "row 1 has the bounds inf and inf, one"),
+        ({"upper": "high"}, "bounds are no array of numbers"),
+        ({"name": None}, "name is None, must be text"),
+        ({"unit": 1}, "unit is 1, must be text"),
+        ({"meaning": 1}, "meaning is 1, must be text"),
+        ({"what": "ab"}, "what is 'ab', must be a list of texts"),
+        ({"what": [1, 2]}, r"what is \[1, 2\], must be a list of texts"),
+    ],
+)
+def test_mistakes_in_a_constraint_are_told(changes, what):
+    own = replace(PathConstraint("own", curved, upper=1.0), **changes)
+    told_in_one_line(lambda: build_program(TASKS["mirrored"], constraints=[own]), own.name, what)
+
+
+def test_bounds_may_meet_and_may_be_on_one_side_only():
+    for lower, upper in ((0.5, 0.5), (-np.inf, 1.0), (-1.0, np.inf), ([0.0, -np.inf], 1.0)):
+        own = PathConstraint("own", curved, lower, upper)
+        held = build_program(TASKS["mirrored"], constraints=[own]).constraints[-1]
+        assert np.all(held.lower <= held.upper)
+
+
+@pytest.mark.parametrize("part", Motion._fields)
+def test_functions_cannot_write_into_the_walk(part):
+    """Neither when they are called for rows nor for their second derivatives."""
+    program = build_program(TASKS["mirrored"])
+    now = program.instants(program.guess())
+
+    def writing(motion):
+        getattr(motion, part)[:] = 0.0
+        return plain(motion)
+
+    def too(motion, _):
+        writing(motion)
+
+    for changes in ({"rows": writing}, {"second": too}):
+        own = replace(PathConstraint("own", plain, upper=2.0), **changes)
+        with pytest.raises(ValueError, match="read-only"):
+            own.constraint(now)
+    assert all(given.flags.writeable for given in (now.q, now.v, now.a, now.muscle_torque.value))
+
+
 WRONG = {
     "rows of one axis": lambda m: Rows(np.zeros(len(m.t))),
     "rows of another number of instants": lambda m: Rows(np.zeros((len(m.t) + 1, 2))),
@@ -181,14 +321,14 @@ def test_wrong_shapes_are_named(name):
     [({"lower": [0.0, 0.0, 0.0]}, "bounds of shape"), ({"what": ["one"]}, "1 words for 2 rows")],
 )
 def test_bounds_and_words_have_to_be_as_many_as_rows(changes, what):
-    own = replace(PathConstraint("own", curved), **changes)
+    own = replace(PathConstraint("own", curved, upper=1.0), **changes)
     with pytest.raises(ValueError, match=f"own: {what}"):
         build_program(TASKS["mirrored"], constraints=[own])
 
 
 @pytest.mark.parametrize("name", ["ZMP stability", "joint limit", "own"])
 def test_a_name_that_is_taken_is_refused(name):
-    taken = [PathConstraint(name, curved), PathConstraint("own", curved)]
+    taken = [PathConstraint(each, curved, upper=1.0) for each in (name, "own")]
     with pytest.raises(ValueError, match=f"'{name}' is the name of more than one"):
         build_program(TASKS["mirrored"], constraints=taken)
 
@@ -226,6 +366,44 @@ def test_solvers_honour_them(bent, solver):
     assert len(found.multipliers["knee"]) == len(bent.times)
 
 
+@pytest.mark.solve
+@pytest.mark.parametrize("way", ["found", "loaded", "pickled"])
+def test_what_a_bound_of_ones_own_costs_stays_with_the_gait(stiff, way, tmp_path):
+    """In the words that it was given, where it belongs among the others, and with its meaning."""
+    assert len(pickle.dumps(stiff)) < 50_000
+    if way == "pickled":
+        stiff = pickle.loads(pickle.dumps(stiff))
+    folder = stiff.save(tmp_path / "kept")
+    gait = hg.load(folder) if way == "loaded" else stiff
+    told = hg.explain(gait)
+    bounds = told.bounds
+    own = [bound for bound in bounds if bound.name == "knee"]
+    assert [(one.what, one.meaning, one.step) for one in own] == [
+        ("right knee", "a brace is worn", "1 deg")
+    ]
+    price = np.abs(gait.multipliers["knee"]).sum()
+    expected = price * np.deg2rad(1.0) / gait.solution["cost"]
+    assert own[0].saving == pytest.approx(expected, rel=1e-9)
+    assert [one.saving for one in bounds] == sorted((b.saving for b in bounds), reverse=True)
+    assert "a brace is worn" in told.text
+    assert hg.explain(folder).bounds == bounds
+
+
+@pytest.mark.solve
+def test_a_walk_without_bounds_of_ones_own_carries_nothing_of_them(stiff):
+    found = hg.predict(stiff.scenario, warm_from=stiff)
+    assert stiff.solution.keys() - found.solution.keys() == {"own_bounds"}
+    assert "knee" not in [bound.name for bound in hg.explain(found).bounds]
+
+
+@pytest.fixture(scope="module")
+def stiff():
+    """A walk whose right knee may not bend by more than 57 deg, for a reason."""
+    task = scenario(intervals=20, dynamics_per_interval=2)
+    limit = PathConstraint("knee", plain, -np.inf, 1.0, "rad", ["right knee"], "a brace is worn")
+    return hg.predict(task, constraints=[limit])
+
+
 def largest_knee(solution):
     t = build_program(solution.gait.scenario).times
     return np.rad2deg(solution.gait.q(t)[:, index("knee_flexion_r")].max())
@@ -241,3 +419,24 @@ def test_they_stay_in_the_problem_of_friction_and_of_other_scenarios(bent):
         assert "swaying of the pelvis" in [t.name for t in program.terms]
         names = [b.evaluator().get_description() for b in program.torques.prog.GetAllCosts()]
         assert "swaying of the pelvis" in names
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_mistakes_in_a_cost_are_told_when_the_problem_is_built(name):
+    changes, what = MISTAKES[name]
+    cost = replace(RunningCost("own", plain), **changes)
+    told_in_one_line(lambda: build_program(TASKS["mirrored"], costs=[cost]), "own", what)
+
+
+@pytest.mark.parametrize(
+    ("what", "given"),
+    [
+        ("costs", PathConstraint("own", curved, -1.0)),
+        ("costs", [PathConstraint("own", curved, -1.0)]),
+        ("constraints", [RunningCost("own", curved)]),
+        ("constraints", None),
+    ],
+)
+def test_what_is_no_list_of_the_right_kind_is_refused(what, given):
+    with pytest.raises(TypeError, match=f"{what} must be a list of"):
+        build_program(TASKS["mirrored"], **{what: given})

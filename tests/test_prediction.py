@@ -21,7 +21,7 @@ from human_gait.prediction import (
     refine_to_folder,
     verify_folder,
 )
-from human_gait.problem.program import refined_program
+from human_gait.problem.refinement import refined_program
 from human_gait.problem.violation import Violation
 from human_gait.results.names import EXPORTED, MULTIPLIERS
 from human_gait.solving import solver as solver_room

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from numbers import Real
+from typing import NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -27,11 +28,14 @@ from human_gait.walk.instant import Instants
 
 _STEP = 1e-6  # of a difference, [rad], [m] and their rates; of torques by _TORQUE_STEP
 _TORQUE_STEP = 1e-3  # [N m]
+_FEW = 2  # instants, at which given second derivatives are checked
 
 
 @tuple_of_arrays
 class Motion(NamedTuple):
     """The motion at K instants of a step.
+
+    Those that functions are given cannot be written to.
 
     Attributes
     ----------
@@ -95,6 +99,25 @@ class RunningCost(Value):
     squared: bool = True
     second: SecondDerivative | None = None
 
+    def checked(self, now: Instants) -> Self:
+        """Return the cost itself, if it can be used at instants like these.
+
+        Raises
+        ------
+        TypeError
+            If the name is no text, the weight no number, or the function returns no `Rows`.
+        ValueError
+            If the weight, or what the functions return, is not finite or of another shape.
+        """
+        _check_texts(self, "name")
+        weight: object = self.weight
+        if not isinstance(weight, Real):
+            raise TypeError(f"{self.name}: weight is {weight!r}, must be a number")
+        if not np.isfinite(self.weight):
+            raise ValueError(f"{self.name}: weight is {self.weight}, must be finite")
+        _checked_rows(self, now)
+        return self
+
     def term(self) -> Term:
         """Return it as a term of the objective."""
         return Term(self.name, UNIT, "", self._evaluate, self._add_to_adjoint)
@@ -105,7 +128,7 @@ class RunningCost(Value):
         return 2.0 * weight * rows.value if self.squared else weight + 0.0 * rows.value
 
     def _evaluate(self, now: Instants, spacing: FloatArray) -> tuple[float, FloatArray]:
-        rows = _rows(self.rows, self.name, now)
+        rows = _rows(self, _motion(now))
         density = (rows.value**2 if self.squared else rows.value).sum(axis=1)
         partials = np.einsum("kr,krs->ks", self._slopes(rows, spacing), _by_state(rows, now))
         return float(self.weight * spacing @ density), partials
@@ -113,7 +136,7 @@ class RunningCost(Value):
     def _add_to_adjoint(
         self, now: Instants, spacing: FloatArray, factor: float, adjoint: Adjoint
     ) -> None:
-        rows, spacing = _rows(self.rows, self.name, now), factor * spacing
+        rows, spacing = _rows(self, _motion(now)), factor * spacing
         if self.squared:  # Gauss and Newton: 2 w J^T J
             J = _by_state(rows, now)
             size = np.sqrt(np.abs(2.0 * self.weight * spacing))[:, None, None]
@@ -125,7 +148,7 @@ class RunningCost(Value):
         if rows.by_torque is not None:
             adjoint.torque[:] += np.einsum("kr,kri->ki", slopes, rows.by_torque)
         if self.second or not self.squared:
-            _add_second(self.rows, self.second, now, rows, slopes, adjoint)
+            _add_second(self, now, slopes, adjoint)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -139,7 +162,7 @@ class PathConstraint(Value):
     rows : function
         `Motion` at K instants -> `Rows`.
     lower, upper : float or (r,) array
-        Bounds of the rows; infinite where there are none.
+        Bounds of the rows; infinite where there are none. Each row has one at least.
     unit : str
     what : sequence of str, r of them, optional
         What each row is about, in words.
@@ -163,14 +186,15 @@ class PathConstraint(Value):
 
         Raises
         ------
+        TypeError
+            If name, unit, words or meaning are no text, or the function returns no `Rows`.
         ValueError
-            If bounds or words are not as many as the rows.
+            If bounds or words are not as many as the rows, a row has no bounds or such that nothing
+            is between, or what the functions return is not finite or of another shape.
         """
-        K, r = _rows(self.rows, self.name, now).value.shape
-        what = tuple(self.what) or tuple(f"row {i + 1}" for i in range(r))
-        if len(what) != r:
-            raise ValueError(f"{self.name}: {len(what)} words for {r} rows")
-        lower, upper = (self._bound(bound, r) for bound in (self.lower, self.upper))
+        _check_texts(self, "name", "unit", "meaning")
+        K, r = _checked_rows(self, now).value.shape
+        what, (lower, upper) = self._words(r), self._bounds(r)
         k = np.repeat(np.arange(K), r)
         return Constraint(
             demand=Demand(name=self.name, meaning=self.meaning),
@@ -184,40 +208,116 @@ class PathConstraint(Value):
             to_adjoint=self._add_to_adjoint,
         )
 
+    def _words(self, r: int) -> tuple[str, ...]:
+        """Return what each row is about."""
+        what = tuple(self.what) or tuple(f"row {i + 1}" for i in range(r))
+        if isinstance(self.what, str) or not all(isinstance(word, str) for word in what):
+            raise TypeError(f"{self.name}: what is {self.what!r}, must be a list of texts")
+        if len(what) != r:
+            raise ValueError(f"{self.name}: {len(what)} words for {r} rows")
+        return what
+
+    def _bounds(self, r: int) -> tuple[FloatArray, FloatArray]:
+        """Return the bounds (r,) of the rows of an instant."""
+        lower, upper = (self._bound(bound, r) for bound in (self.lower, self.upper))
+        for i, (low, high) in enumerate(zip(lower, upper, strict=True), start=1):
+            given = f"{self.name}: row {i} has the bounds {low:g} and {high:g}"
+            if not low <= high:  # nor is NaN
+                raise ValueError(f"{given}, must be numbers, lower <= upper")
+            if np.isinf(low) and np.isinf(high):
+                raise ValueError(f"{given}, one of them must be finite")
+        return lower, upper
+
     def _bound(self, bound: npt.ArrayLike, r: int) -> FloatArray:
+        given = _numbers(bound, self.name, "bounds")
         try:
-            return np.broadcast_to(np.asarray(bound, dtype=float), (r,))
+            return np.broadcast_to(given, (r,))
         except ValueError:
             message = f"{self.name}: bounds of shape {np.shape(bound)} for {r} rows"
             raise ValueError(message) from None
 
     def _evaluate(self, now: Instants) -> Residual:
-        rows = _rows(self.rows, self.name, now)
+        rows = _rows(self, _motion(now))
         by_state = _by_state(rows, now).reshape(-1, 3 * N_DOF)
         return Residual(rows.value.ravel(), *np.split(by_state, 3, axis=1))
 
     def _add_to_adjoint(self, now: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
-        rows = _rows(self.rows, self.name, now)
+        rows = _rows(self, _motion(now))
         slopes = multipliers.reshape(rows.value.shape)
         if rows.by_torque is not None:
             adjoint.torque[:] += np.einsum("kr,kri->ki", slopes, rows.by_torque)
-        _add_second(self.rows, self.second, now, rows, slopes, adjoint)
+        _add_second(self, now, slopes, adjoint)
+
+
+def _check_texts(own: RunningCost | PathConstraint, *fields: str) -> None:
+    """Raise TypeError if a field is no text."""
+    for field in fields:
+        if not isinstance(given := getattr(own, field), str):
+            raise TypeError(f"{own.name}: {field} is {given!r}, must be text")
 
 
 def _motion(now: Instants) -> Motion:
-    return Motion(now.t, now.q, now.v, now.a, now.muscle_torque.value)
+    """Return the motion as views that cannot be written to: the arrays are those of the walk."""
+    views = [given.view() for given in (now.t, now.q, now.v, now.a, now.muscle_torque.value)]
+    for view in views:
+        view.flags.writeable = False
+    return Motion(*views)
 
 
-def _rows(function: Function, name: str, now: Instants) -> Rows:
-    """Return what a function says of instants, of the shapes that it should have."""
-    rows = Rows(*function(_motion(now)))
-    K = len(now.t)
-    if np.ndim(rows.value) != 2 or len(rows.value) != K:
-        raise ValueError(f"{name}: rows of shape {np.shape(rows.value)}, must be ({K}, r)")
-    shape = (*np.shape(rows.value), N_DOF)
-    for label, partial in zip(_INPUTS, rows[1:], strict=True):
-        if partial is not None and np.shape(partial) != shape:
-            raise ValueError(f"{name}: by_{label} of shape {np.shape(partial)}, must be {shape}")
+def _numbers(given: object, name: str, what: str) -> FloatArray:
+    """Return an array of numbers, or raise ValueError if that is not what is given."""
+    try:
+        return np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: {what} are no array of numbers") from None
+
+
+def _rows(own: RunningCost | PathConstraint, motion: Motion) -> Rows:
+    """Return what a function says of a motion, of the shapes that it should have."""
+    given: object = own.rows(motion)
+    if not isinstance(given, Rows):
+        raise TypeError(f"{own.name}: the function returns {type(given).__name__}, must be Rows")
+    partials = {
+        f"by_{label}": None if part is None else _numbers(part, own.name, f"by_{label}")
+        for label, part in zip(_INPUTS, given[1:], strict=True)
+    }
+    rows = Rows(_numbers(given.value, own.name, "rows"), **partials)
+    K, shape = len(motion.t), rows.value.shape
+    if len(shape) != 2 or shape[0] != K or shape[1] == 0:
+        raise ValueError(f"{own.name}: rows of shape {shape}, must be ({K}, r) with r > 0")
+    for label, partial in partials.items():
+        if partial is not None and partial.shape != (*shape, N_DOF):
+            wanted = f"must be {(*shape, N_DOF)}"
+            raise ValueError(f"{own.name}: {label} of shape {partial.shape}, {wanted}")
+    return rows
+
+
+def _second(
+    own: RunningCost | PathConstraint,
+    second: SecondDerivative,
+    motion: Motion,
+    slopes: FloatArray,
+) -> FloatArray:
+    """Return the second derivatives that are given with a function, of the shape they must have."""
+    given = _numbers(second(motion, slopes), own.name, "second derivatives")
+    shape = (len(motion.t), 4 * N_DOF, 4 * N_DOF)
+    if given.shape != shape:
+        wanted = f"must be {shape}"
+        raise ValueError(f"{own.name}: second derivatives of shape {given.shape}, {wanted}")
+    return given
+
+
+def _checked_rows(own: RunningCost | PathConstraint, now: Instants) -> Rows:
+    """Return the rows at instants, where they and all derivatives must be finite."""
+    motion = _motion(now)
+    rows = _rows(own, motion)
+    parts = dict(zip(("rows", *(f"by_{label}" for label in _INPUTS)), rows, strict=True))
+    if own.second:  # a few instants tell: those of all take much memory
+        few = Motion(*(given[:_FEW] for given in motion))
+        parts["second derivatives"] = _second(own, own.second, few, np.ones_like(rows.value[:_FEW]))
+    for label, part in parts.items():
+        if part is not None and not np.isfinite(part).all():
+            raise ValueError(f"{own.name}: {label} at the first guess must be finite numbers")
     return rows
 
 
@@ -234,10 +334,8 @@ def _by_state(rows: Rows, now: Instants) -> FloatArray:
 
 
 def _add_second(
-    function: Function,
-    second: SecondDerivative | None,
+    own: RunningCost | PathConstraint,
     now: Instants,
-    rows: Rows,
     slopes: FloatArray,
     adjoint: Adjoint,
 ) -> None:
@@ -247,7 +345,10 @@ def _add_second(
     S^T L S; what the torques add by their own second derivatives the adjoint knows already.
     """
     motion = _motion(now)
-    given = second(motion, slopes) if second else _differences(function, motion, rows, slopes)
+    if own.second:
+        given = _second(own, own.second, motion, slopes)
+    else:
+        given = _differences(own, motion, slopes)
     S = np.zeros((len(now.t), 4 * N_DOF, 3 * N_DOF))
     S[:, : 3 * N_DOF] = np.eye(3 * N_DOF)
     S[:, 3 * N_DOF :] = now.muscle_torque.partials
@@ -257,15 +358,17 @@ def _add_second(
     adjoint.products.append((L @ S / 2.0, S))
 
 
-def _differences(function: Function, motion: Motion, rows: Rows, slopes: FloatArray) -> FloatArray:
+def _differences(
+    own: RunningCost | PathConstraint, motion: Motion, slopes: FloatArray
+) -> FloatArray:
     """Return second derivatives (K, 220, 220) as central differences of the first ones."""
-    kinds = [i for i, partial in enumerate(rows[1:]) if partial is not None]
+    kinds = [i for i, partial in enumerate(_rows(own, motion)[1:]) if partial is not None]
     second = np.zeros((len(motion.t), 4 * N_DOF, 4 * N_DOF))
     for kind in kinds:
         step = _TORQUE_STEP if _INPUTS[kind] == "torque" else _STEP
         for dof in range(N_DOF):
             ahead, behind = (
-                _gradient(function(_moved(motion, kind, dof, by)), slopes) for by in (step, -step)
+                _gradient(_rows(own, _moved(motion, kind, dof, by)), slopes) for by in (step, -step)
             )
             second[:, kind * N_DOF + dof] = (ahead - behind) / (2.0 * step)
     return (second + second.swapaxes(1, 2)) / 2.0
@@ -283,6 +386,6 @@ def _gradient(rows: Rows, slopes: FloatArray) -> FloatArray:
     none = np.zeros((len(slopes), N_DOF))
     parts = [
         none if partial is None else np.einsum("kr,kri->ki", slopes, partial)
-        for partial in Rows(*rows)[1:]
+        for partial in rows[1:]
     ]
     return np.concatenate(parts, axis=1)

@@ -22,7 +22,6 @@ from pydrake.solvers import MathematicalProgram
 from human_gait.arrays import FloatArray
 from human_gait.body.limits import joint_limits
 from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, N_DOF, in_words
-from human_gait.exceptions import ScenarioError
 from human_gait.problem.balance_rows import SLIDING_FRICTION, TURNING_FRICTION
 from human_gait.problem.constraints import (
     LIMITS,
@@ -112,7 +111,7 @@ class GaitProgram:
         _of_kind("costs", costs, (RunningCost, Term))
         _of_kind("constraints", constraints, (PathConstraint,))
         self.terms = objective(scenario)
-        self.terms += [own if isinstance(own, Term) else own.term() for own in costs]
+        self.terms += [_term(own, self._at_guess) for own in costs]
         self.constraints = paper_constraints(scenario, plan, self.times)
         self.constraints += [own.constraint(self._at_guess) for own in constraints]
         _without_twins(self.constraints)
@@ -342,43 +341,17 @@ def build_program(
     ScenarioError
         If the scenario cannot be read, or names a DOF that does not exist.
     ValueError
-        If there is no such dynamics, or two constraints have one name.
+        If there is no such dynamics, two constraints have one name, or a function of one's own
+        returns what it should not at the first guess.
+    TypeError
+        If what is given as own costs or constraints are none.
     """
     task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     return GaitProgram(task, basis, dynamics, costs, constraints)
 
 
-def refined_program(
-    gait: Gait, n_control_points: int, dynamics: str = "pinocchio"
-) -> tuple[GaitProgram, FloatArray]:
-    """Return the problem of a gait with more control points, and where to start: the same gait.
-
-    Knots are inserted, so that the curves stay as they are. The constrained grid grows by whole
-    multiples, until there are two intervals to each polynomial piece.
-
-    Parameters
-    ----------
-    gait : Gait
-    n_control_points : int
-        Per DOF.
-    dynamics : str
-        As in `build_program`.
-
-    Raises
-    ------
-    ScenarioError
-        If these are not more control points than the gait has, or too many.
-    """
-    grid = gait.scenario.discretisation
-    if n_control_points <= gait.basis.n_control_points:
-        allowed = f"must be more than the {gait.basis.n_control_points} there are"
-        raise ScenarioError("discretisation.control_points", allowed, n_control_points)
-    basis = gait.basis.refined(n_control_points)
-    multiple = int(np.ceil(2 * basis.n_pieces / grid.intervals))
-    finer = replace(grid, control_points=n_control_points, intervals=multiple * grid.intervals)
-    scenario = replace(gait.scenario, discretisation=finer)
-    P = gait.basis.insert(basis, gait.control_points)
-    return build_program(scenario, basis, dynamics), P[: basis.n_free].ravel()
+def _term(cost: RunningCost | Term, guess: Instants) -> Term:
+    return cost if isinstance(cost, Term) else cost.checked(guess).term()
 
 
 def _of_kind(what: str, given: object, kinds: tuple[type, ...]) -> None:

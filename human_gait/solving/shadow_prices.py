@@ -20,6 +20,7 @@ from human_gait.body.skeleton import (
     in_words,
 )
 from human_gait.problem.constraints import LIMITS, SYMMETRY
+from human_gait.problem.objective import objective
 from human_gait.problem.program import GaitProgram
 from human_gait.problem.residual import Demand
 from human_gait.solving.solver import Solution
@@ -58,7 +59,8 @@ class Influence:
     step : str
         More room that is easy to imagine, such as ``1 mm``.
     saving : float
-        Share of the objective that it would save, to first order.
+        Share of the objective that it would save, to first order; of the effort, Eq. (18), alone
+        where rewards of one's own leave nothing of the objective.
     time : float, [s]
         When the bound costs most.
     """
@@ -81,9 +83,9 @@ class Influence:
 
 def influences(program: GaitProgram, solution: Solution) -> list[Influence]:
     """Return the bounds that hold a gait, the most costly first; none unless it converged."""
-    found = [
-        _influence(rows, solution.cost) for rows in _priced(program, solution.multipliers).values()
-    ]
+    priced = _priced(program, solution.multipliers)
+    whole = _whole(program, solution) if priced else 0.0
+    found = [_influence(rows, whole) for rows in priced.values()]
     counted = [one for one in found if one.saving >= NEGLIGIBLE]
     return sorted(counted, key=lambda one: -one.saving)
 
@@ -110,7 +112,15 @@ class PricedRow:
     time: float
 
 
-def _influence(rows: list[PricedRow], cost: float) -> Influence:
+def _whole(program: GaitProgram, solution: Solution) -> float:
+    """Return what savings are shares of, positive: a rewarded walk can cost less than nothing."""
+    if solution.cost > 0.0:
+        return solution.cost
+    terms = objective(program.scenario)
+    return program.functions.cost(terms, solution.gait.free)[0]
+
+
+def _influence(rows: list[PricedRow], whole: float) -> Influence:
     """Return what the rows of one kind cost together."""
     demand, unit = rows[0].demand, rows[0].unit
     price = sum(abs(row.price) for row in rows)
@@ -123,7 +133,7 @@ def _influence(rows: list[PricedRow], cost: float) -> Influence:
         unit=unit,
         price=price,
         step=step,
-        saving=price * size / cost,
+        saving=float(price * size / whole),
         time=max(rows, key=lambda row: abs(row.price)).time,
     )
 

@@ -14,6 +14,9 @@ from human_gait.solving.shadow_prices import influences
 from human_gait.solving.solver import Solution
 from human_gait.solving.starts import Attempt
 
+OWN_BOUNDS = "own_bounds"
+"""Of the solution of a gait: what its bounds of one's own cost, which no file has as functions."""
+
 PACKAGES = ("human-gait", "drake", "daqp", "pin", "numpy", "scipy")
 
 
@@ -97,12 +100,31 @@ def diagnosis_content(attempt: Attempt) -> dict[str, Any]:
     return {"not_kept": broken + failed, "try": tries}
 
 
+def own_bounds(program: GaitProgram, solution: Solution) -> dict[str, Any]:
+    """Return what bounds of one's own cost, as ``explanation.json`` tells it, to keep with a gait.
+
+    Empty if the program has no such constraints.
+    """
+    names = {own.name for own in program.own_constraints}
+    if not names:
+        return {}
+    found = influences(program, solution)
+    return {OWN_BOUNDS: [one.to_dict() for one in found if one.name in names]}
+
+
 def explanation_content(program: GaitProgram, solution: Solution) -> dict[str, Any]:
-    """Return what shapes a gait, the most costly bound first; nothing unless it converged."""
+    """Return what shapes a gait, the most costly bound first; nothing unless it converged.
+
+    Bounds of one's own that the gait knows of count too where the program has them no more.
+    """
+    names = {constraint.name for constraint in program.constraints}
+    known = solution.gait.solution.get(OWN_BOUNDS, ())
+    shapes = [one.to_dict() for one in influences(program, solution)]
+    shapes += [one for one in known if one["constraint"] not in names]
     return {
         "cost": solution.cost,
         "cost_unit": "N^2 m^2 s",
         "price_unit": "N^2 m^2 s per unit of the bound",
         "step_time_s": program.basis.step_time,
-        "shapes": [one.to_dict() for one in influences(program, solution)],
+        "shapes": sorted(shapes, key=lambda one: -one["saving"]),
     }
