@@ -95,6 +95,8 @@ class GaitProgram:
         costs: Sequence[RunningCost | Term] = (),
         constraints: Sequence[PathConstraint] = (),
     ) -> None:
+        _of_kind("costs", costs, (RunningCost, Term))
+        _of_kind("constraints", constraints, (PathConstraint,))
         grid = scenario.discretisation
         if basis is None:
             basis = Basis.uniform(step_cycle(scenario.walk), grid.control_points, grid.mirrored)
@@ -108,8 +110,6 @@ class GaitProgram:
         self._guess = self.guess()
         self._at_guess = self.functions.evaluated(self._guess)
         # the problem: terms, constraints, units of the variables, and Drake's program of them
-        _of_kind("costs", costs, (RunningCost, Term))
-        _of_kind("constraints", constraints, (PathConstraint,))
         self.terms = objective(scenario)
         self.terms += [_term(own, self._at_guess) for own in costs]
         self.constraints = paper_constraints(scenario, plan, self.times)
