@@ -49,7 +49,7 @@ def curve(gait: Gait, name: str) -> FloatArray:
         raise KeyError(_unknown(name))
     if name in DOF_NAMES:
         return np.asarray(gait.q(stride_times(gait))[:, index(name)])
-    return columns(gait.instants(stride_times(gait)))[name]
+    return columns(gait.stride)[name]
 
 
 def _unknown(name: object) -> str:
@@ -78,5 +78,5 @@ def to_dataframe(gait: Gait, t: npt.ArrayLike | None = None) -> pd.DataFrame:
     except ImportError:
         message = "a table needs pandas: pip install 'human-gait[pandas]'"
         raise ImportError(message) from None
-    times = stride_times(gait) if t is None else np.atleast_1d(np.asarray(t, dtype=float))
-    return pd.DataFrame(columns(gait.instants(times)), index=pd.Index(times, name="time"))
+    now = gait.stride if t is None else gait.instants(np.atleast_1d(np.asarray(t, dtype=float)))
+    return pd.DataFrame(columns(now), index=pd.Index(now.t, name="time"))

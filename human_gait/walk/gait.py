@@ -138,6 +138,11 @@ class Gait(Uses, Value):
         return Basis(self.breaks, self.cycle, self.scenario.discretisation.mirrored)
 
     @cached_property
+    def stride(self) -> Samples:
+        """One stride, at the instants of `times`: what curves by name are taken from."""
+        return self.instants(self.times)
+
+    @cached_property
     def _walker(self) -> Walker:
         return Walker(self.scenario)
 
