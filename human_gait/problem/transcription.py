@@ -10,7 +10,6 @@ An instant couples only the four control points whose basis functions are not ze
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import coo_array
 
 from human_gait.arrays import FloatArray, IntArray
@@ -154,14 +153,6 @@ class Transcription:
         sums = weights.reshape(POINTS**2, -1) @ blocks.reshape(-1, N_DOF**2)
         half = sums.reshape(POINTS, POINTS, N_DOF, N_DOF)  # i, j, DOF of i, DOF of j
         return half.transpose(0, 2, 1, 3).reshape(POINTS * N_DOF, POINTS * N_DOF)
-
-    def coupled(self) -> npt.NDArray[np.bool_]:
-        """Return (m, m) true where second derivatives of two free control points can be."""
-        m = self.basis.n_free
-        coupled = np.zeros((m, m), dtype=bool)
-        free = self._active % m
-        coupled[free[:, :, None], free[:, None, :]] = True
-        return coupled
 
     def _places(self, constraint: Constraint) -> tuple[IntArray, IntArray, FloatArray]:
         """Return free control point (r, 4, 1), DOF and sign (r, 4, c) of each entry, Eq. (26).
