@@ -385,6 +385,25 @@ def test_names_of_ones_own_do_not_reach_the_multipliers_of_the_walk(task):
     assert len(found["ZMP stability"]) > 1
 
 
+def test_an_end_has_the_duals_of_the_walks_own_constraints_alone(task):
+    """With nothing but limits it is solved in a moment."""
+    program = build_program(task)
+    stage = program.stage([])
+    n = len(stage.variables)
+    stage.prog.AddQuadraticCost(np.eye(n), np.zeros(n), stage.variables)
+    box = stage.prog.AddBoundingBoxConstraint(-9.0, 9.0, stage.variables[:2])
+    box.evaluator().set_description("joint limit")
+    end = run_stage(program, stage, "newton", program.guess())
+    assert end.solved
+    assert {name: len(dual) for name, dual in end.duals.items()} == {"joint limit": n}
+
+
+def test_without_additions_the_total_cost_is_the_objective(task):
+    program = build_program(task)
+    free = program.guess()
+    assert program.total_cost(free) == program.cost(free)[0] > 0.0
+
+
 def few():
     """Options of a solve of a few steps."""
     options = SolverOptions()
