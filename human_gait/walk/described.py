@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -26,6 +28,28 @@ def gait_facts(gait: Gait) -> dict[str, str]:
     if "success" in found:
         facts["success"] = "yes" if found["success"] else "no: this is no walk"
     return facts
+
+
+def gait_digest(gait: Gait) -> str:
+    """Return 16 hexadecimal digits that tell a gait from every other, however slightly it differs.
+
+    They cover all that a gait is: scenario, pieces, control points and how it was found. What is
+    made from a gait carries them, so that it can be told what belongs to which walk.
+    """
+    words = json.dumps([gait.scenario.to_dict(), dict(gait.solution)], sort_keys=True)
+    content = hashlib.sha256(words.encode("utf-8", "surrogatepass"))
+    for array in (gait.breaks, gait.control_points):
+        content.update(array.astype("<f8").tobytes())
+    return content.hexdigest()[:16]
+
+
+def no_walk(gait: Gait) -> str:
+    """Return why a gait is no walk, in one sentence, for all that is made from it; else nothing."""
+    found = gait.solution
+    if found.get("success", True):
+        return ""
+    status = found.get("status", "status unknown")
+    return f"This is no walk: {found.get('solver', 'the solver')} ended with {status!r}."
 
 
 def gait_text(gait: Gait) -> str:
