@@ -59,7 +59,7 @@ def urdf_text(body: Links) -> str:
     for i in range(skeleton.N_DOF):
         _add_link(robot, body, i, to_dh[i], to_dh[i] @ anatomical[i])
         _add_joint(robot, i, origins[i], limits[i])
-        _add_fixed(robot, f"dh_{i + 1:02d}", LINK_NAMES[i], to_dh[i])
+        add_fixed(robot, f"dh_{i + 1:02d}", LINK_NAMES[i], to_dh[i])
     if body.load.mass > 0:
         _add_backpack(robot, body, to_dh)
     ET.indent(robot)
@@ -76,10 +76,20 @@ def _add_link(robot: ET.Element, body: Links, i: int, to_dh: FloatArray, place: 
         _add_capsules(link, body, i, place)
 
 
-def add_inertial(link: ET.Element, mass: float, com: FloatArray, inertia: FloatArray) -> None:
-    """Add mass [kg], centre of mass (3,) [m] and inertia about it (3, 3) [kg m^2] to a link."""
+def add_inertial(
+    link: ET.Element,
+    mass: float,
+    com: FloatArray,
+    inertia: FloatArray,
+    turn: tuple[float, float, float] = (0, 0, 0),
+) -> None:
+    """Add mass [kg], centre of mass (3,) [m] and inertia about it (3, 3) [kg m^2] to a link.
+
+    The axes of the inertia are those of the link after a turn of roll, pitch and yaw [rad].
+    """
     inertial = ET.SubElement(link, "inertial")
-    ET.SubElement(inertial, "origin", xyz=numbers(com), rpy="0 0 0")
+    rpy = numbers(turn) if any(turn) else "0 0 0"
+    ET.SubElement(inertial, "origin", xyz=numbers(com), rpy=rpy)
     ET.SubElement(inertial, "mass", value=numbers([mass]))
     axes = {"xx": (0, 0), "xy": (0, 1), "xz": (0, 2), "yy": (1, 1), "yz": (1, 2), "zz": (2, 2)}
     ET.SubElement(
@@ -111,7 +121,8 @@ def _limits(body: Links) -> list[dict[str, str]]:
     ]
 
 
-def _add_fixed(robot: ET.Element, name: str, parent: str, origin: FloatArray) -> ET.Element:
+def add_fixed(robot: ET.Element, name: str, parent: str, origin: FloatArray) -> ET.Element:
+    """Add a link without mass at a place (4, 4) in another one, and return it."""
     link = ET.SubElement(robot, "link", name=name)
     joint = ET.SubElement(robot, "joint", name=f"fixed_{name}", type="fixed")
     ET.SubElement(joint, "parent", link=parent)
@@ -128,7 +139,7 @@ def _add_backpack(robot: ET.Element, body: Links, to_dh: FloatArray) -> None:
     turn = anatomical_to_link(body.table)[thorax]
     origin = turn.copy()
     origin[:3, 3] = body.load_com
-    link = _add_fixed(robot, "backpack", LINK_NAMES[thorax], constant(to_dh[thorax] @ origin))
+    link = add_fixed(robot, "backpack", LINK_NAMES[thorax], constant(to_dh[thorax] @ origin))
     inertia = turn[:3, :3].T @ body.load_inertia @ turn[:3, :3]
     if body.load.model == "rigid":
         add_inertial(link, body.load.mass, np.zeros(3), inertia)
