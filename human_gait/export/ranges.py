@@ -15,6 +15,7 @@ from human_gait.values import Value
 from human_gait.walk.gait import Samples
 
 _ROUNDING = 1e-6  # [rad], [m]: a motion that is beyond a limit by less than this is at the limit
+_NARROWEST = 1e-12  # [rad], [m]: MuJoCo takes a range of no width for none
 _VELOCITY = 100.0  # [rad/s], [m/s]: none is known, and URDF demands one
 
 
@@ -60,6 +61,7 @@ def joint_ranges(
     driven = np.isfinite(strength)
     effort, velocity = np.where(driven, strength, 0.0), np.full(len(DOF_NAMES), _VELOCITY)
     held = lower == upper
+    lower, upper = np.where(held, [lower - _NARROWEST, upper + _NARROWEST], [lower, upper])
     words = [_UNDRIVEN, _NO_VELOCITY, *_held(held)]
     if motion is not None:
         words += _beyond(motion.q, lower, upper)

@@ -36,10 +36,11 @@ BEAD_MASS, BEAD_INERTIA = 1e-6, 1e-11
 SOLE_RADIUS = 0.005
 """Of the balls that touch the floor, [m]."""
 
+_STILL = 1e-6  # of a bead: enough for a link that never moves
 _SPECK = 5e-4  # radius, [m]
 _MARGIN = 1e-3  # that PyBullet adds around the shapes of a URDF, [m]
 _UPRIGHT = 1e-6  # axes are principal if products of inertia are below this share of the trace
-_LOAD = "backpack"
+_LOAD, _WORLD, _BASE = "backpack", "world", "base_link"
 _DRAKE = "drake"  # the prefix of Drake's own elements
 
 
@@ -80,6 +81,7 @@ def _spread(r: FloatArray) -> FloatArray:
 def complete_links(robot: ET.Element, body: Body, friction: float) -> None:
     """Give the links of a body's URDF beads, corners and soles, with a coefficient of friction."""
     links = {str(link.get("name")): link for link in robot.iter("link")}
+    _add_base(robot)
     origins, to_dh = joint_origins(body.table), link_to_dh(body.table)
     for joint in segment_joints(body):
         *between, segment = joint.dofs
@@ -98,6 +100,16 @@ def complete_links(robot: ET.Element, body: Body, friction: float) -> None:
 
 def _add_bead(link: ET.Element, centre: FloatArray) -> None:
     add_inertial(link, BEAD_MASS, centre, BEAD_INERTIA * np.eye(3))
+
+
+def _add_base(robot: ET.Element) -> None:
+    """Hang the tree on a link of the usual name, where libraries start, and that on the world."""
+    base = add_fixed(robot, _BASE, _WORLD, np.eye(4))
+    add_inertial(base, _STILL * BEAD_MASS, np.zeros(3), _STILL * BEAD_INERTIA * np.eye(3))
+    for joint in robot.iter("joint"):
+        for parent in joint.iter("parent"):
+            if parent.get("link") == _WORLD and joint.get("type") != "fixed":
+                parent.set("link", _BASE)
 
 
 def _fixed_beads(
