@@ -36,7 +36,7 @@ BEAD_MASS, BEAD_INERTIA = 1e-6, 1e-11
 SOLE_RADIUS = 0.005
 """Of the balls that touch the floor, [m]."""
 
-_STILL = 1e-6  # of a bead: enough for a link that never moves
+_STILL = 1e-12  # mass of the base, which never moves, [kg]
 _SPECK = 5e-4  # radius, [m]
 _MARGIN = 1e-3  # that PyBullet adds around the shapes of a URDF, [m]
 _UPRIGHT = 1e-6  # axes are principal if products of inertia are below this share of the trace
@@ -105,7 +105,7 @@ def _add_bead(link: ET.Element, centre: FloatArray) -> None:
 def _add_base(robot: ET.Element) -> None:
     """Hang the tree on a link of the usual name, where libraries start, and that on the world."""
     base = add_fixed(robot, _BASE, _WORLD, np.eye(4))
-    add_inertial(base, _STILL * BEAD_MASS, np.zeros(3), _STILL * BEAD_INERTIA * np.eye(3))
+    add_inertial(base, _STILL, np.zeros(3), BEAD_INERTIA * np.eye(3))
     for joint in robot.iter("joint"):
         for parent in joint.iter("parent"):
             if parent.get("link") == _WORLD and joint.get("type") != "fixed":
