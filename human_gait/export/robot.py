@@ -40,7 +40,9 @@ def robot_text(
     """
     robot = ET.fromstring(body.urdf)
     robot.set("xmlns:drake", "http://drake.mit.edu")
-    robot.insert(0, ET.Comment((note or Note()).xml([*_WORDS, *ranges.words])))
+    robot.insert(
+        0, ET.Comment((note or Note()).xml([*_WORDS, *ranges.of_position, *ranges.of_drive]))
+    )
     _remove_marks(robot)
     complete_links(robot, body, friction)
     joints = {str(joint.get("name")): joint for joint in robot.iter("joint")}
