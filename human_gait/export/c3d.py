@@ -197,7 +197,7 @@ def _add_group(file: Any, group: str, values: dict[str, Any]) -> None:
 
     for name, value in values.items():
         if isinstance(value, list) and isinstance(value[0], int):
-            parameter = ezc3d.Parameter(name, "")
+            parameter = ezc3d.ezc3d.Parameter(name, "")
             parameter.set(value)
             file["parameters"].add_parameter(group, parameter)
         else:
