@@ -34,7 +34,7 @@ from human_gait.exits import BAD_INPUT, NO_SOLUTION, complain, exit_code
 from human_gait.results.folder import whole_file
 from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK
 from human_gait.results.streams import Outlet, outlet
-from human_gait.scenario import Subject, load_scenario, scenario_file
+from human_gait.scenario import load_scenario, scenario_file
 
 app = typer.Typer(
     help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
@@ -317,6 +317,7 @@ def export(
     """Write one stride of a result for OpenSim, motion capture, animation and robot programs."""
     check_result(folder)
     from human_gait.export.formats import FORMATS, RATES, export_gait
+    from human_gait.walk.described import no_walk
     from human_gait.walk.gait_file import load_gait
 
     if rate is not None and not RATES[0] <= rate <= RATES[1]:
@@ -324,7 +325,10 @@ def export(
 
     target = out or folder / EXPORT
     names = [name.value for name in formats] if formats else list(FORMATS)
-    files = export_gait(load_gait(folder), target, names, rate)
+    gait = load_gait(folder)
+    files = export_gait(gait, target, names, rate)
+    if failed := no_walk(gait):
+        typer.echo(f"note: {failed}", err=True)
     typer.echo(f"wrote {len(files)} files to {target}")
 
 
@@ -337,14 +341,12 @@ def urdf(
         Path | None, typer.Option(metavar="SCENARIO", help="Whose body; else the median male.")
     ] = None,
 ) -> None:
-    """Write the body as a URDF file."""
-    from human_gait.body.person import make_body
-    from human_gait.scenario import Load
+    """Write the body, with the limits of the scenario, as a URDF file for other programs."""
+    from human_gait.export.robot import scenario_robot
 
-    task = load_scenario(scenario) if scenario else None
-    body = make_body(task.subject, task.load) if task else make_body(Subject.default(), Load())
+    text = scenario_robot(load_scenario(scenario) if scenario else None)
     with whole_file(out) as path:
-        path.write_text(body.urdf, encoding="utf-8")
+        path.write_text(text, encoding="utf-8")
     typer.echo(f"wrote {out}")
 
 

@@ -192,16 +192,8 @@ def _lines(text: str) -> list[str]:
 
 
 def _add_group(file: Any, group: str, values: dict[str, Any]) -> None:
-    """Add parameters; whole numbers as such, which lists of them would not be."""
-    import ezc3d  # noqa: PLC0415, 0.2 s to import
-
     for name, value in values.items():
-        if isinstance(value, list) and isinstance(value[0], int):
-            parameter = ezc3d.ezc3d.Parameter(name, "")
-            parameter.set(value)
-            file["parameters"].add_parameter(group, parameter)
-        else:
-            file.add_parameter(group, name, value)
+        file.add_parameter(group, name, value)
 
 
 def _write(file: Any, path: Path) -> None:
