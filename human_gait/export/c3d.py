@@ -56,6 +56,21 @@ class _Plate:
     channels: FloatArray
 
 
+def frame_count(gait: Gait, rate: float, name: str) -> int:
+    """Return how many frames the file of a name has, which are counted before they are made.
+
+    Raises
+    ------
+    ResultError
+        If the format cannot count them.
+    """
+    length = STEPS * gait.step_time
+    frames = int(np.ceil(length * rate - 1e-9)) + 1
+    most = int((_MOST_FRAMES - 2) / length)
+    check_count(name, "frames", frames, _MOST_FRAMES, f"at most {most} a second of this walk")
+    return frames
+
+
 def save_c3d(gait: Gait, rate: float, note: Note, path: Path) -> None:
     """Write ``STEPS`` steps of a gait as C3D, `rate` frames a second.
 
@@ -66,9 +81,7 @@ def save_c3d(gait: Gait, rate: float, note: Note, path: Path) -> None:
     """
     import ezc3d  # noqa: PLC0415, 0.2 s to import
 
-    frames = int(np.ceil(STEPS * gait.step_time * rate - 1e-9)) + 1
-    most = int((_MOST_FRAMES - 2) / (STEPS * gait.step_time))
-    check_count(path.name, "frames", frames, _MOST_FRAMES, f"at most {most} a second of this walk")
+    frames = frame_count(gait, rate, path.name)
     per_frame = int(np.ceil(_ANALOG_RATE / rate))
     now = gait.instants(np.arange(frames * per_frame) / (rate * per_frame))
     file = ezc3d.c3d()
