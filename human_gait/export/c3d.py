@@ -156,7 +156,7 @@ def _add_events(file: Any, gait: Gait, end: float) -> None:
         "LABELS": [words[event.strike][0] for event in events],
         "DESCRIPTIONS": ["from the phases of the scenario"] * len(events),
         "TIMES": np.array([minutes, seconds]),
-        "SUBJECTS": [gait.scenario.name[:_LONGEST_NAME]] * len(events),
+        "SUBJECTS": [_short(gait.scenario.name)] * len(events),
         "ICON_IDS": [words[event.strike][1] for event in events],
         "GENERIC_FLAGS": [0] * len(events),
     }
@@ -181,7 +181,7 @@ def _add_subject(file: Any, gait: Gait) -> None:
         "USED": 1,
         "IS_STATIC": 0,
         "USES_PREFIXES": 0,
-        "NAMES": [gait.scenario.name[:_LONGEST_NAME]],
+        "NAMES": [_short(gait.scenario.name)],
         "MARKER_SETS": ["Plug-in Gait FullBody and 8 more"],
     }
     _add_group(file, "SUBJECTS", about)
@@ -197,6 +197,11 @@ def _add_trial(file: Any, frames: int, rate: float, note: Note) -> None:
     scenario = json.dumps(said.pop("scenario", {}), separators=(",", ":"))
     said["scenario"] = scenario.replace(" ", "\\u0020")  # which would be lost where a line ends
     _add_group(file, "HUMAN_GAIT", {name.upper(): _lines(text) for name, text in said.items()})
+
+
+def _short(name: str) -> str:
+    """Return as much of a name as readers take; the whole is in the note."""
+    return name.encode()[:_LONGEST_NAME].decode(errors="ignore")
 
 
 def _lines(text: str) -> list[str]:
