@@ -8,6 +8,7 @@ format has a place of its own for it; a new setting has to be put into ``PLACES`
 import json
 import re
 import tempfile
+import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
 
@@ -155,10 +156,17 @@ def all_changed(gait):
 
 
 def test_a_failed_walk_says_so_in_every_file_that_can(gait, tmp_path, capsys):
-    failed = replace(gait, solution={"success": False, "solver": "newton", "status": "gave\nup"})
-    said = "This is no walk: newton ended with"
-    for name, content in exported(failed, tmp_path / "failed").items():
+    failed = replace(
+        gait,
+        solution={"success": False, "solver": "new\x1b[2Jton\ud800", "status": "gave\nup\x1b[2J"},
+    )
+    said = "This is no walk: "
+    found = exported(failed, tmp_path / "failed")
+    for name in ("human.urdf", "model.osim", "external_loads.xml"):
+        ET.fromstring(found[name])
+    for name, content in found.items():
         whole = content.decode("latin-1")
+        assert "\x1b" not in whole or name == "markers.c3d"
         assert (said in whole) == (name not in WITHOUT_NOTE or name == "markers.trc"), name
     for content in exported(gait, tmp_path / "walk", ["trc", "mot", "urdf"]).values():
         assert "no walk" not in content.decode()
@@ -166,6 +174,7 @@ def test_a_failed_walk_says_so_in_every_file_that_can(gait, tmp_path, capsys):
     assert cli.run(["export", str(tmp_path / "failed"), "--format", "bvh"]) == 0
     told = capsys.readouterr()
     assert said in told.err
+    assert "\x1b" not in told.err
     assert "wrote 2 files" in told.out
 
 
