@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 from human_gait import console
@@ -25,11 +24,16 @@ from human_gait.scenario import Scenario
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import posture
 from human_gait.solving.starts import GIVEN, OWN_GUESS, WARM, Attempt, Start, best, climb
-from human_gait.solving.summary import checks_content, explanation_content, summary_content
+from human_gait.solving.summary import (
+    checks_content,
+    explanation_content,
+    save_verified,
+    summary_content,
+)
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import save_gait_cycle
-from human_gait.walk.gait_file import load_gait, load_record, save_gait
+from human_gait.walk.gait_file import load_gait, load_record
 
 OURS = result_files(SOLVERS)
 """Everything that a prediction, or a command about it, writes: it goes with the old result."""
@@ -149,11 +153,9 @@ def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> A
     from human_gait.pictures.plots import save_plots  # noqa: PLC0415, the same
     from human_gait.playback.page import save_playback  # noqa: PLC0415, half a second to import
 
-    gait = kept.solution.gait
     with replaced_folder(folder, OURS) as new:
-        save_gait(gait, new)
-        save_multipliers(kept.solution.multipliers, new)
-        kept = replace(kept, checks=verify(load_record(new)))
+        kept, gait = save_verified(kept, seed, new)
+        save_multipliers(gait.multipliers, new)
         contents = {
             SUMMARY: summary_content(kept, attempts, seed),
             EXPLANATION: explanation_content(kept.program, kept.solution),

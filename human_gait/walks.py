@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from human_gait import console
-from human_gait.checks.table import Checks, verify
+from human_gait.checks.table import Checks
 from human_gait.exceptions import NoSolutionFound
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.program import GaitProgram, build_program
@@ -25,12 +25,18 @@ from human_gait.solving.diagnosis import not_kept, suggestions
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import Solution
 from human_gait.solving.starts import GIVEN, WARM, Attempt, Start, Tell, best, climb
-from human_gait.solving.summary import explanation_content, own_bounds, summary_content
+from human_gait.solving.summary import (
+    explanation_content,
+    found_gait,
+    save_verified,
+    summary_content,
+)
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
 from human_gait.solving.watch import Iterate
+from human_gait.walk.described import was_changed
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import save_gait_cycle
-from human_gait.walk.gait_file import folder_of, load_gait, load_record, save_gait
+from human_gait.walk.gait_file import folder_of, load_gait
 
 Progress = bool | Callable[[Iterate], None]
 
@@ -99,7 +105,7 @@ def predict(  # noqa: PLR0913, options that are given by name
     start = None if before is None else _warm_start(before, program)
     with _telling(progress) as tell:
         kept = best(climb(program, solver, start, seed, tell))
-    gait = _with_its_story(kept, seed)
+    gait = found_gait(kept, seed)
     if not kept.success:
         raise _no_solution(kept, gait)
     return gait
@@ -125,20 +131,20 @@ def load(path: str | Path) -> Gait:
     """
     gait, folder = load_gait(path), folder_of(path)
     solution = dict(gait.solution)
-    if (folder / SUMMARY).is_file():
+    if not solution.keys() >= set(_TOLD) and (folder / SUMMARY).is_file():
         solution |= read_json(folder / SUMMARY, lambda found: {key: found[key] for key in _TOLD})
     return replace(gait, solution=solution, multipliers=load_multipliers(folder))
 
 
 def save(gait: Gait, folder: str | Path) -> Path:
     """Write a gait as a result without pictures, as `Gait.save` says, and return the folder."""
+    seed = int(gait.solution.get("seed", 0))
     with replaced_folder(Path(folder), result_files(SOLVERS), solved=False) as new:
-        save_gait(gait, new)
+        kept, _ = save_verified(_attempt(gait), seed, new)
         save_multipliers(gait.multipliers, new)
         save_gait_cycle(gait, new / GAIT_CYCLE)
-        kept = replace(_attempt(gait), checks=verify(load_record(new)))
         contents = {
-            SUMMARY: summary_content(kept, [kept], int(gait.solution.get("seed", 0))),
+            SUMMARY: summary_content(kept, [kept], seed),
             EXPLANATION: explanation_content(kept.program, kept.solution),
         }
         for name, content in contents.items():
@@ -171,21 +177,6 @@ def _telling(progress: Progress) -> Iterator[Callable[[str], Tell | None]]:
         yield lambda _: told
 
 
-def _with_its_story(kept: Attempt, seed: int) -> Gait:
-    """Return the gait of an attempt with all that is known of how it was found."""
-    solution = kept.solution
-    story = {
-        "success": kept.success,
-        "start": kept.start,
-        "seed": seed,
-        "dynamics": kept.program.dynamics,
-        "iterations": solution.iterations,
-        "evaluations": solution.evaluations,
-    }
-    found = {**solution.gait.solution, **story, **own_bounds(kept.program, solution)}
-    return replace(solution.gait, solution=found, multipliers=solution.multipliers)
-
-
 def _no_solution(kept: Attempt, gait: Gait) -> NoSolutionFound:
     solution, checks = kept.solution, Checks(kept.checks)
     broken = not_kept(kept.program.scenario, solution.violations)
@@ -200,7 +191,7 @@ def _attempt(gait: Gait) -> Attempt:
     program = _program(gait)
     solution = Solution(
         gait=gait,
-        converged=bool(gait.multipliers),  # nothing else leaves any
+        converged=bool(gait.multipliers) and not was_changed(gait),  # nothing else leaves any
         interrupted=False,
         solver=str(found.get("solver", "unknown")),
         status=str(found.get("status", "unknown")),
