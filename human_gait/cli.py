@@ -35,6 +35,7 @@ from human_gait.results.folder import whole_file
 from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK
 from human_gait.results.streams import Outlet, outlet
 from human_gait.scenario import Subject, load_scenario, scenario_file
+from human_gait.surroundings import process_is_ours
 
 app = typer.Typer(
     help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
@@ -372,6 +373,7 @@ def main() -> None:
     Linear algebra gets one thread unless told otherwise: the matrices are small, and sums in
     another order would lead the solvers along another path.
     """
+    process_is_ours()
     sys.stdout, sys.stderr = outlet(sys.stdout), outlet(sys.stderr)
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")
