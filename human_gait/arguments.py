@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from enum import StrEnum
 from pathlib import Path
@@ -9,9 +10,11 @@ from typing import Annotated
 
 import typer
 
-from human_gait.exceptions import ResultError
+from human_gait.exceptions import ResultError, shown
 from human_gait.results.names import GAIT_FILE
 from human_gait.results.unfinished import MARK
+
+LARGEST_SEED = 2**32 - 1
 
 
 class SolverName(StrEnum):
@@ -59,6 +62,21 @@ def format_named(text: str) -> FormatName:
     except ValueError:
         each = "; give --format once for each" if set(text) & set(", ") else ""
         raise typer.BadParameter(f"{text!r} is not one of {', '.join(FormatName)}{each}") from None
+
+
+def whole_number(text: str) -> int:
+    """Return the whole number of an option; its range is the business of who takes it."""
+    if not re.fullmatch(r"\s*[+-]?[0-9]{1,18}\s*", text):
+        raise typer.BadParameter(f"{shown(text)} must be a whole number")
+    return int(text)
+
+
+def seed_number(text: str) -> int:
+    """Return the seed of an option."""
+    seed = whole_number(text)
+    if not 0 <= seed <= LARGEST_SEED:
+        raise typer.BadParameter(f"{seed} must be from 0 to {LARGEST_SEED}")
+    return seed
 
 
 ScenarioFile = Annotated[

@@ -28,6 +28,8 @@ from human_gait.arguments import (
     check_result,
     check_writable,
     format_named,
+    seed_number,
+    whole_number,
 )
 from human_gait.exceptions import GaitError, ScenarioError
 from human_gait.exits import BAD_INPUT, NO_SOLUTION, complain, exit_code
@@ -100,7 +102,11 @@ def predict(
     dynamics: Engine = DynamicsName.PINOCCHIO,
     seed: Annotated[
         int,
-        typer.Option(min=0, metavar="N", help="Of random starts, where others fail; not for all."),
+        typer.Option(
+            parser=seed_number,
+            metavar="N",
+            help="Of random starts, where others fail; not for all.",
+        ),
     ] = 0,
     warm_from: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Start from the walk of another result.")
@@ -141,7 +147,12 @@ def predict(
 def refine(
     folder: ResultFolder,
     control_points: Annotated[
-        int | None, typer.Option(metavar="N", help="Control points per DOF, else two more.")
+        int | None,
+        typer.Option(
+            parser=whole_number,
+            metavar="N",
+            help="Control points per DOF, else two more.",
+        ),
     ] = None,
     solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.NEWTON,
     dynamics: Engine = DynamicsName.PINOCCHIO,
@@ -307,7 +318,9 @@ def export(
     rate: Annotated[
         int | None,
         typer.Option(
-            metavar="HZ", help="Samples per second, else 100, and 1000 in OpenSim's tables."
+            parser=whole_number,
+            metavar="HZ",
+            help="Samples per second, else 100, and 1000 in OpenSim's tables.",
         ),
     ] = None,
     out: Annotated[
