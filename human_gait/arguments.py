@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from enum import StrEnum
 from pathlib import Path
@@ -9,10 +10,12 @@ from typing import Annotated
 
 import typer
 
-from human_gait.exceptions import ResultError
+from human_gait.exceptions import ResultError, shown
 from human_gait.results.names import GAIT_FILE
 from human_gait.results.unfinished import MARK
 from human_gait.stopping import checked_limit
+
+LARGEST_SEED = 2**32 - 1
 
 
 class SolverName(StrEnum):
@@ -73,6 +76,21 @@ def seconds(given: str) -> float:
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
     return limit
+
+
+def whole_number(text: str) -> int:
+    """Return the whole number of an option; its range is the business of who takes it."""
+    if not re.fullmatch(r"\s*[+-]?[0-9]{1,18}\s*", text):
+        raise typer.BadParameter(f"{shown(text)} must be a whole number")
+    return int(text)
+
+
+def seed_number(text: str) -> int:
+    """Return the seed of an option."""
+    seed = whole_number(text)
+    if not 0 <= seed <= LARGEST_SEED:
+        raise typer.BadParameter(f"{seed} must be from 0 to {LARGEST_SEED}")
+    return seed
 
 
 ScenarioFile = Annotated[

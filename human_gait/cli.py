@@ -28,6 +28,8 @@ from human_gait.arguments import (
     check_result,
     check_writable,
     format_named,
+    seed_number,
+    whole_number,
 )
 from human_gait.command import main
 from human_gait.exceptions import GaitError, ScenarioError
@@ -103,7 +105,7 @@ def predict(
     seed: Annotated[
         int,
         typer.Option(
-            min=0,
+            parser=seed_number,
             metavar="N",
             help="Which random starts to try where the usual ones fail; no matter with all.",
         ),
@@ -149,7 +151,12 @@ def predict(
 def refine(
     folder: ResultFolder,
     control_points: Annotated[
-        int | None, typer.Option(metavar="N", help="Control points per DOF, else two more.")
+        int | None,
+        typer.Option(
+            parser=whole_number,
+            metavar="N",
+            help="Control points per DOF, else two more.",
+        ),
     ] = None,
     solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.NEWTON,
     dynamics: Engine = DynamicsName.PINOCCHIO,
@@ -308,7 +315,9 @@ def export(
     rate: Annotated[
         int | None,
         typer.Option(
-            metavar="HZ", help="Samples per second, else 100, and 1000 in OpenSim's tables."
+            parser=whole_number,
+            metavar="HZ",
+            help="Samples per second, else 100, and 1000 in OpenSim's tables.",
         ),
     ] = None,
     out: Annotated[

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
 from human_gait import data
 from human_gait.exceptions import ScenarioError
 from human_gait.scenario.schema import nearest
+from human_gait.scenario.text import read_toml
 from human_gait.scenario.whole import Scenario
 
 _PACKED = Path(data.__file__).parent / "scenarios"  # where an installed package has them
@@ -74,15 +74,9 @@ def _is_file(path: Path) -> bool:
 
 def _read_toml(path: Path) -> dict[str, Any]:
     try:
-        content = path.read_bytes()
+        return read_toml(path)
     except (OSError, ValueError) as error:  # ValueError: a path with a null character
         reason = error.strerror if isinstance(error, OSError) else error
         missing = isinstance(error, FileNotFoundError) and path.name == str(path)
         hint = _hint(path.stem) if missing else ""
         raise ScenarioError("", f"cannot be read: {reason}{hint}") from None
-    try:
-        return tomllib.loads(content.decode("utf-8-sig"))
-    except UnicodeDecodeError:
-        raise ScenarioError("", "is not a text file in UTF-8") from None
-    except (ValueError, RecursionError) as error:
-        raise ScenarioError("", f"is not TOML: {error}") from None
