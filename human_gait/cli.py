@@ -9,6 +9,7 @@ Solvers, plots and viewers are imported by the command that needs them: ``--help
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -16,6 +17,7 @@ from typing import Annotated, Any
 
 import typer
 
+from human_gait import command
 from human_gait.arguments import (
     DynamicsName,
     Engine,
@@ -31,14 +33,16 @@ from human_gait.arguments import (
     seed_number,
     whole_number,
 )
-from human_gait.command import main
 from human_gait.exceptions import GaitError, ScenarioError
 from human_gait.exits import NO_SOLUTION, exit_code
+from human_gait.faults import BAD_INPUT
 from human_gait.results.folder import whole_file
-from human_gait.results.names import COMPARISON, EXPORT, GAIT_CYCLE, PLAYBACK
+from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK
 from human_gait.scenario import Subject, load_scenario, scenario_file
 from human_gait.stopping import JOB_SIGNALS, TIME_LIMIT, running
 from human_gait.terminal import careful, screen
+
+__all__ = ["BAD_INPUT", "NO_SOLUTION", "app", "main", "run"]
 
 app = typer.Typer(
     help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
@@ -245,11 +249,15 @@ def play(
 def plot(folder: ResultFolder) -> None:
     """Draw the plots of a result again, and its animation, playback.html."""
     check_result(folder)
-    from human_gait.prediction import draw
+    from human_gait.pictures.plots import PLOTS, save_plots
+    from human_gait.playback.page import save_playback
     from human_gait.walk.gait_file import load_gait
 
-    n_plots = draw(load_gait(folder), folder)
-    typer.echo(f"wrote {n_plots} plots, {PLAYBACK} and {GAIT_CYCLE} to {folder}")
+    gait = load_gait(folder)
+    save_plots(gait, folder)
+    with whole_file(folder / PLAYBACK) as path:
+        save_playback(gait, path)
+    typer.echo(f"wrote {len(PLOTS)} plots and {PLAYBACK} to {folder}")
 
 
 @app.command()
@@ -371,16 +379,23 @@ def run(arguments: Sequence[str]) -> int:
     int
         Exit code, as above.
     """
-    command = typer.main.get_command(app)
+    whole = typer.main.get_command(app)
     words = list(arguments) or ["--help"]
 
     def invoked() -> None:
-        with command.make_context("human-gait", words) as context:
-            command.invoke(context)
+        with whole.make_context("human-gait", words) as context:
+            whole.invoke(context)
 
     with careful(), running(signals=JOB_SIGNALS):
         return exit_code(invoked)
 
 
+def main() -> None:
+    """Run the command line of this process; handlers of signals are then put back."""
+    with running(signals=JOB_SIGNALS):
+        code = command.ended()
+    sys.exit(code)
+
+
 if __name__ == "__main__":
-    main()
+    command.main()

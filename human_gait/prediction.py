@@ -31,6 +31,7 @@ from human_gait.results.names import (
     VERIFICATION,
     result_files,
 )
+from human_gait.results.reading import AGAIN
 from human_gait.scenario import Scenario
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import posture
@@ -214,24 +215,15 @@ def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> t
         run = under_way()
         ended = {"time_limit_s": run.limit, "ended_by": run.over or None}
         _save_json(summary_content(kept, attempts, seed) | ended, new / SUMMARY)
-        with _not_needed(EXPLANATION, "predict it again"):
+        with _not_needed(new / EXPLANATION, AGAIN):
             _save_json(explanation_content(kept.program, kept.solution), new / EXPLANATION)
-        with _not_needed(GAIT_CYCLE, f"human-gait plot {folder} makes it"):
+        with _not_needed(new / GAIT_CYCLE, AGAIN):
             save_gait_cycle(gait, new / GAIT_CYCLE)
     return kept, gait
 
 
 def _save_json(content: dict[str, Any], path: Path) -> None:
     path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-
-
-def draw(gait: Gait, folder: Path) -> int:
-    """Write what is drawn of a gait into its folder, and its cycle; return how many plots."""
-    for _, make in _drawn(gait, folder):
-        make()
-    with whole_file(folder / GAIT_CYCLE) as path:
-        save_gait_cycle(gait, path)
-    return len(late("pictures.plots", "PLOTS"))
 
 
 def _drawn(gait: Gait, folder: Path) -> Iterator[tuple[str, Callable[[], object]]]:
@@ -269,9 +261,15 @@ def _draw(gait: Gait, folder: Path, told: Path, hurry: bool) -> None:
 
 
 @contextmanager
-def _not_needed(what: str, later: str) -> Iterator[None]:
-    """Make a warning of whatever goes wrong: the walk is more than what is made of it."""
+def _not_needed(what: str | Path, later: str) -> Iterator[None]:
+    """Make a warning of whatever goes wrong: the walk is more than what is made of it.
+
+    `what` is a file that would then be half written, or what else is not there.
+    """
     try:
         yield
     except Exception as error:  # noqa: BLE001, of whatever kind
+        if isinstance(what, Path):
+            what.unlink(missing_ok=True)
+            what = what.name
         console.warn(f"no {what}: {told_of(error)}: {later}")
