@@ -25,14 +25,17 @@ from human_gait.arguments import (
     ScenarioFile,
     SolverChoice,
     SolverName,
+    beside,
     check_result,
     check_writable,
     format_named,
+    no_empty,
 )
 from human_gait.exceptions import GaitError, ScenarioError
 from human_gait.exits import BAD_INPUT, NO_SOLUTION, complain, exit_code
 from human_gait.results.folder import whole_file
-from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK
+from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK, ROBOT
+from human_gait.results.ours import check_free, our_folder
 from human_gait.results.streams import Outlet, outlet
 from human_gait.scenario import Subject, load_scenario, scenario_file
 from human_gait.surroundings import process_is_ours
@@ -121,7 +124,7 @@ def predict(
             )
         check_result(warm_from)
     folder = out or Path("out") / task.name
-    check_writable(folder)
+    check_writable(folder, by_all=solver is SolverChoice.ALL)
     try:
         if solver is SolverChoice.ALL:
             from human_gait.prediction import predict_by_all_solvers
@@ -152,7 +155,7 @@ def refine(
 ) -> None:
     """Insert knots into a result, which leaves the motion as it is, and solve again from there."""
     check_result(folder)
-    target = out or folder.with_name(f"{folder.name}-refined")
+    target = out or beside(folder, "-refined")
     check_writable(target)
     from human_gait.prediction import refine_to_folder
     from human_gait.walk.gait_file import load_gait
@@ -237,9 +240,9 @@ def plot(folder: ResultFolder) -> None:
     from human_gait.walk.gait_file import load_gait
 
     gait = load_gait(folder)
-    save_plots(gait, folder)
-    with whole_file(folder / PLAYBACK) as path:
-        save_playback(gait, path)
+    with our_folder(folder, solved=False) as new:
+        save_plots(gait, new)
+        save_playback(gait, new / PLAYBACK)
     typer.echo(f"wrote {len(PLOTS)} plots and {PLAYBACK} to {folder}")
 
 
@@ -331,9 +334,9 @@ def export(
 
 @app.command()
 def urdf(
-    out: Annotated[Path, typer.Option(metavar="FILE", help="File to write.")] = Path(
-        "urdf/human.urdf"
-    ),
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="File to write, else urdf/human.urdf.")
+    ] = None,
     scenario: Annotated[
         Path | None, typer.Option(metavar="SCENARIO", help="Whose body; else the median male.")
     ] = None,
@@ -344,9 +347,12 @@ def urdf(
 
     task = load_scenario(scenario) if scenario else None
     body = make_body(task.subject, task.load) if task else make_body(Subject.default(), Load())
-    with whole_file(out) as path:
+    target = out or Path("urdf") / ROBOT
+    if out is None:
+        check_free(target.parent, [target.name])
+    with whole_file(target) as path:
         path.write_text(body.urdf, encoding="utf-8")
-    typer.echo(f"wrote {out}")
+    typer.echo(f"wrote {target}")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -364,7 +370,12 @@ def run(arguments: Sequence[str]) -> int:
     """
     command = typer.main.get_command(app)
     words = list(arguments) or ["--help"]
-    return exit_code(lambda: command.main(words, "human-gait", standalone_mode=False))
+
+    def invoked() -> Any:
+        no_empty(words)
+        return command.main(words, "human-gait", standalone_mode=False)
+
+    return exit_code(invoked)
 
 
 def main() -> None:

@@ -12,7 +12,7 @@ from human_gait.exceptions import ResultError
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.problem.refinement import refined_program
 from human_gait.reporting.agreement import agreement_to_folder
-from human_gait.results.folder import replaced_folder, whole_file
+from human_gait.results.folder import whole_file
 from human_gait.results.names import (
     EXPLANATION,
     GAIT_CYCLE,
@@ -21,6 +21,7 @@ from human_gait.results.names import (
     VERIFICATION,
     result_files,
 )
+from human_gait.results.ours import check_free, our_folder
 from human_gait.scenario import Scenario
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import posture
@@ -90,7 +91,7 @@ def predict_by_all_solvers(scenario: Scenario, folder: Path, dynamics: str = "pi
     with console.progress() as tell:
         start = posture(program, tell(OWN_GUESS))
     found = []
-    with replaced_folder(folder, OURS) as new:
+    with our_folder(folder, OURS) as new:
         for name in SOLVERS:
             given = Start(GIVEN, start)
             kept = _solve_to_folder(program, name, new / name, given, told=folder / name)
@@ -137,6 +138,7 @@ def verify_folder(folder: Path) -> bool:
     console.show_checks(record.gait.scenario, checks)
     found = json.dumps(checks_content(checks), indent=2)
     try:
+        check_free(folder, [VERIFICATION])
         with whole_file(folder / VERIFICATION) as path:
             path.write_text(found + "\n", encoding="utf-8")
     except ResultError as error:
@@ -150,7 +152,7 @@ def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> A
     from human_gait.playback.page import save_playback  # noqa: PLC0415, half a second to import
 
     gait = kept.solution.gait
-    with replaced_folder(folder, OURS) as new:
+    with our_folder(folder, OURS) as new:
         save_gait(gait, new)
         save_multipliers(kept.solution.multipliers, new)
         kept = replace(kept, checks=verify(load_record(new)))

@@ -19,7 +19,6 @@ from human_gait.people.comparison_table import comparison_table
 from human_gait.people.pictures import compare_figure
 from human_gait.people.reference import Cycle, Reference, Score, references_near, scores
 from human_gait.people.spatiotemporal import StepScore, step_scores
-from human_gait.results.folder import replaced_folder
 from human_gait.results.names import (
     COMPARISON_CSV,
     COMPARISON_JSON,
@@ -27,6 +26,7 @@ from human_gait.results.names import (
     GAIT_CYCLE,
     SUMMARY,
 )
+from human_gait.results.ours import our_folder
 from human_gait.results.reading import read_json
 from human_gait.values import Value
 from human_gait.walk.gait import Gait
@@ -156,7 +156,7 @@ def save_comparison(comparison: Comparison, folder: str | Path) -> None:
     folder = Path(folder)
     figure = compare_figure(comparison.cycle, comparison.references)
     text = json.dumps(_plain(comparison), indent=2, allow_nan=False)
-    with replaced_folder(folder, solved=False) as new:
+    with our_folder(folder, solved=False) as new:
         (new / COMPARISON_JSON).write_text(text + "\n", encoding="utf-8")
         (new / COMPARISON_CSV).write_text(_csv(comparison), encoding="utf-8")
         (new / COMPARISON_PNG).write_bytes(figure.png())
