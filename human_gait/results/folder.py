@@ -16,6 +16,7 @@ from human_gait.exceptions import ResultError
 from human_gait.results.exchange import put
 from human_gait.results.names import AGREEMENT, GAIT_FILE
 from human_gait.results.unfinished import make_folder, sweep, unfinished
+from human_gait.stopping import uninterrupted
 
 
 @contextmanager
@@ -46,7 +47,8 @@ def replaced_folder(
         try:
             yield new
             _sync(new)
-            put(new, target, _going(derived, new, target))
+            with uninterrupted():
+                put(new, target, _going(derived, new, target))
         finally:
             shutil.rmtree(new, ignore_errors=True)  # it holds the old result if they were exchanged
     except OSError as error:
