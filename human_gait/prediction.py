@@ -27,6 +27,7 @@ from human_gait.results.names import (
     EXPLANATION,
     GAIT_CYCLE,
     PLAYBACK,
+    PLOTS,
     SUMMARY,
     VERIFICATION,
     result_files,
@@ -230,6 +231,7 @@ def _save_json(content: dict[str, Any], path: Path) -> None:
 def draw(gait: Gait, folder: Path) -> int:
     """Write what is drawn of a gait into its folder, and its cycle: all or none. Count plots."""
     save_plots, save_playback = _drawing()
+    check_free(folder, (*PLOTS, PLAYBACK, GAIT_CYCLE))
     with our_folder(folder, solved=False) as new:
         save_plots(gait, new)
         save_playback(gait, new / PLAYBACK)

@@ -19,13 +19,14 @@ from human_gait.people.pictures import compare_figure
 from human_gait.people.reference import Cycle, Reference, Score, references_near, scores
 from human_gait.people.spatiotemporal import StepScore, step_scores
 from human_gait.results.names import (
+    COMPARISON,
     COMPARISON_CSV,
     COMPARISON_JSON,
     COMPARISON_PNG,
     GAIT_CYCLE,
     SUMMARY,
 )
-from human_gait.results.ours import our_folder
+from human_gait.results.ours import check_free, our_folder
 from human_gait.results.reading import read_json
 from human_gait.terminal import screen
 from human_gait.values import Value
@@ -154,6 +155,7 @@ def _positive(path: Path, summary: object, key: str) -> float:
 def save_comparison(comparison: Comparison, folder: str | Path) -> None:
     """Write ``compare.json``, ``compare.csv`` and ``compare.png`` into a folder, all or none."""
     folder = Path(folder)
+    check_free(folder, COMPARISON)
     figure = compare_figure(comparison.cycle, comparison.references)
     text = json.dumps(_plain(comparison), indent=2, allow_nan=False)
     with our_folder(folder, solved=False) as new:

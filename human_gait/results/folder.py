@@ -119,6 +119,8 @@ def try_folder(folder: Path, names: Collection[str], room: int) -> None:
         If it cannot be done: a name that is too long, a disk that is full, rights that are missing.
     """
     target = Path(os.path.realpath(folder))
+    with suppress(FileNotFoundError, NotADirectoryError):
+        os.lstat(target / max(names, key=len))  # of a path that is too long it tells
     above = [path for path in (target, *target.parents) if not os.path.lexists(path)]
     made: list[Path] = []
     try:
@@ -131,8 +133,6 @@ def try_folder(folder: Path, names: Collection[str], room: int) -> None:
             (new / max((Path(name).name for name in names), key=len)).write_bytes(bytes(room))
         finally:
             shutil.rmtree(new, ignore_errors=True)
-        with suppress(FileNotFoundError):
-            os.lstat(target / max(names, key=len))
     finally:
         for path in reversed(made):
             with suppress(OSError):  # somebody else has put something there
