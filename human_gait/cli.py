@@ -27,9 +27,11 @@ from human_gait.arguments import (
     SolverChoice,
     SolverName,
     TimeLimit,
+    beside,
     check_result,
     check_writable,
     format_named,
+    no_empty,
     seed_number,
     whole_number,
 )
@@ -37,7 +39,8 @@ from human_gait.exceptions import GaitError, ScenarioError
 from human_gait.exits import NO_SOLUTION, exit_code
 from human_gait.faults import BAD_INPUT
 from human_gait.results.folder import whole_file
-from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK
+from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK, ROBOT
+from human_gait.results.ours import check_free
 from human_gait.scenario import Subject, load_scenario, scenario_file
 from human_gait.stopping import JOB_SIGNALS, TIME_LIMIT, running
 from human_gait.terminal import careful, screen
@@ -133,7 +136,7 @@ def predict(
             )
         check_result(warm_from)
     folder = out or Path("out") / task.name
-    check_writable(folder)
+    check_writable(folder, by_all=solver is SolverChoice.ALL)
     try:
         if solver is SolverChoice.ALL:
             from human_gait.prediction import predict_by_all_solvers
@@ -171,7 +174,7 @@ def refine(
 ) -> None:
     """Insert knots into a result, which leaves the motion as it is, and solve again from there."""
     check_result(folder)
-    target = out or folder.with_name(f"{folder.name}-refined")
+    target = out or beside(folder, "-refined")
     check_writable(target)
     from human_gait.prediction import refine_to_folder
     from human_gait.walk.gait_file import load_gait
@@ -249,15 +252,11 @@ def play(
 def plot(folder: ResultFolder) -> None:
     """Draw the plots of a result again, and its animation, playback.html."""
     check_result(folder)
-    from human_gait.pictures.plots import PLOTS, save_plots
-    from human_gait.playback.page import save_playback
+    from human_gait.prediction import draw
     from human_gait.walk.gait_file import load_gait
 
-    gait = load_gait(folder)
-    save_plots(gait, folder)
-    with whole_file(folder / PLAYBACK) as path:
-        save_playback(gait, path)
-    typer.echo(f"wrote {len(PLOTS)} plots and {PLAYBACK} to {folder}")
+    n_plots = draw(load_gait(folder), folder)
+    typer.echo(f"wrote {n_plots} plots and {PLAYBACK} to {folder}")
 
 
 @app.command()
@@ -348,9 +347,9 @@ def export(
 
 @app.command()
 def urdf(
-    out: Annotated[Path, typer.Option(metavar="FILE", help="File to write.")] = Path(
-        "urdf/human.urdf"
-    ),
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="File to write, else urdf/human.urdf.")
+    ] = None,
     scenario: Annotated[
         Path | None, typer.Option(metavar="SCENARIO", help="Whose body; else the median male.")
     ] = None,
@@ -361,9 +360,12 @@ def urdf(
 
     task = load_scenario(scenario) if scenario else None
     body = make_body(task.subject, task.load) if task else make_body(Subject.default(), Load())
-    with whole_file(out) as path:
+    target = out or Path("urdf") / ROBOT
+    if out is None:
+        check_free(target.parent, [target.name])
+    with whole_file(target) as path:
         path.write_text(body.urdf, encoding="utf-8")
-    typer.echo(f"wrote {out}")
+    typer.echo(f"wrote {target}")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -383,6 +385,7 @@ def run(arguments: Sequence[str]) -> int:
     words = list(arguments) or ["--help"]
 
     def invoked() -> None:
+        no_empty(words)
         with whole.make_context("human-gait", words) as context:
             whole.invoke(context)
 

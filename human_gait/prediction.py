@@ -22,15 +22,17 @@ from human_gait.late import late
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.problem.refinement import refined_program
 from human_gait.reporting.agreement import agreement_to_folder
-from human_gait.results.folder import replaced_folder, whole_file
+from human_gait.results.folder import whole_file
 from human_gait.results.names import (
     EXPLANATION,
     GAIT_CYCLE,
     PLAYBACK,
+    PLOTS,
     SUMMARY,
     VERIFICATION,
     result_files,
 )
+from human_gait.results.ours import check_free, our_folder
 from human_gait.results.reading import AGAIN
 from human_gait.scenario import Scenario
 from human_gait.solving.drake_solvers import SOLVERS
@@ -130,7 +132,7 @@ def predict_by_all_solvers(
         program = build_program(scenario, dynamics=dynamics)
         with console.progress() as tell, running(time_limit):
             start = posture(program, tell(OWN_GUESS))
-        with replaced_folder(folder, OURS) as new:
+        with our_folder(folder, OURS) as new:
             for name in SOLVERS:
                 given = Start(GIVEN, start)
                 with running(time_limit):
@@ -200,6 +202,7 @@ def verify_folder(folder: Path) -> bool:
     console.show_checks(record, checks)
     found = json.dumps(checks_content(checks), indent=2)
     try:
+        check_free(folder, [VERIFICATION])
         with whole_file(folder / VERIFICATION) as path:
             path.write_text(found + "\n", encoding="utf-8")
     except ResultError as error:
@@ -209,7 +212,7 @@ def verify_folder(folder: Path) -> bool:
 
 def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> tuple[Attempt, Gait]:
     """Write what was solved; return the attempt with the checks of the file, and its gait."""
-    with replaced_folder(folder, OURS) as new:
+    with our_folder(folder, OURS) as new:
         kept, gait = save_verified(kept, seed, new)
         save_multipliers(gait.multipliers, new)
         run = under_way()
@@ -224,6 +227,16 @@ def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> t
 
 def _save_json(content: dict[str, Any], path: Path) -> None:
     path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+
+
+def draw(gait: Gait, folder: Path) -> int:
+    """Write what is drawn of a gait into its folder, all or none. Count plots."""
+    save_plots, save_playback = _drawing()
+    check_free(folder, (*PLOTS, PLAYBACK))
+    with our_folder(folder, solved=False) as new:
+        save_plots(gait, new)
+        save_playback(gait, new / PLAYBACK)
+    return len(late("pictures.plots", "PLOTS"))
 
 
 def _drawn(gait: Gait, folder: Path) -> Iterator[tuple[str, Callable[[], object]]]:

@@ -19,7 +19,7 @@ from human_gait.export.ranges import joint_ranges
 from human_gait.export.robot import robot_text
 from human_gait.export.trajectory import save_trajectory_csv, save_trajectory_json
 from human_gait.results import names
-from human_gait.results.folder import replaced_folder
+from human_gait.results.ours import our_folder
 from human_gait.walk.gait import Gait, Samples, onward
 
 RATE, OPENSIM_RATE = 100, 1000
@@ -146,7 +146,7 @@ def export_gait(
         raise ValueError(f"no format is called {unknown[0]!r}: choose from {', '.join(FORMATS)}")
     rates = {name: _usual_rate(name) if rate is None else rate for name in formats}
     strides = {hertz: sampled(gait, hertz) for hertz in set(rates.values())}
-    with replaced_folder(folder, solved=False) as new:
+    with our_folder(folder, solved=False) as new:
         for name, hertz in rates.items():
             FORMATS[name](strides[hertz], new)
         written = sorted(path.name for path in new.iterdir())

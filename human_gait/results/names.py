@@ -22,6 +22,9 @@ PLOTS = (
     *("stick_diagram.png", "joint_torques.png", "joint_angles.png"),
     *("ground_reaction.png", "zmp.png"),
 )
+PREDICTED = (GAIT_FILE, GAIT_CYCLE, SUMMARY, EXPLANATION, MULTIPLIERS, PLAYBACK, *PLOTS)
+"""What a prediction writes into its folder."""
+
 AGREEMENT = "agreement.json"
 """How far the results of several solvers differ; beside their folders."""
 
