@@ -267,7 +267,9 @@ def check_splines(scenario: Scenario, breaks: FloatArray, control_points: FloatA
         With the name of the array.
     """
     T = scenario.walk.step_time
-    if breaks.ndim != 1 or not np.allclose(breaks[[0, -1]], [0.0, T], rtol=0.0, atol=1e-9 * T):
+    if breaks.ndim != 1 or not breaks.size:
+        raise ValueError(f"breaks of shape {breaks.shape} are no list of times")
+    if not np.allclose(breaks[[0, -1]], [0.0, T], rtol=0.0, atol=1e-9 * T):
         raise ValueError(f"breaks do not go from 0 to the step time {T:g} s")
     fewest = DEGREE if scenario.discretisation.mirrored else 1
     if len(breaks) <= fewest or np.any(np.diff(breaks) < _CLOSEST * T):
