@@ -76,24 +76,25 @@ def test_what_moves_limits_is_in_the_summary(result):
 
 
 @pytest.mark.parametrize(
-    ("member", "key", "value", "code", "said"),
+    ("key", "value", "code", "said"),
     [
-        ("scenario", "ground.sharing", "parallel", 1, contents.SAMPLES.name),
-        ("scenario", "objective.weighting", "strength", 1, contents.COST.name),
-        ("scenario", "tolerances.contact_speed", 2.0, 0, "contact_speed = 2 m/s, default 0.3"),
-        ("scenario", "ground.friction", 2.0, 0, "ground.friction = 2, default 0.5"),
-        ("solution", "cost", 1.0, 1, contents.COST.name),
+        ("ground.sharing", "parallel", 1, contents.SAMPLES.name),
+        ("objective.weighting", "strength", 1, contents.COST.name),
+        ("tolerances.contact_speed", 2.0, 0, "contact_speed = 2 m/s, default 0.3"),
+        ("ground.friction", 2.0, 0, "ground.friction = 2, default 0.5"),
+        ("cost", 1.0, 1, contents.COST.name),
     ],
 )
 @pytest.mark.parametrize("digests", ["kept", "taken away"])
-def test_a_walk_whose_file_is_changed_is_refused_or_shown(  # noqa: PLR0913, all of one case
-    member, key, value, code, said, digests, tmp_path, capsys
+def test_a_walk_whose_file_is_changed_is_refused_or_shown(
+    key, value, code, said, digests, tmp_path, capsys
 ):
     """With its digests it is refused in any case; without, as an older file, as far as may be."""
     with np.load(solved("preferred").folder / "gait.npz") as file:
         members = dict(file)
-    content = json.loads(str(members[member]))
     section, _, name = key.rpartition(".")
+    member = "scenario" if section else "solution"
+    content = json.loads(str(members[member]))
     (content[section] if section else content)[name] = value
     members[member] = np.array(json.dumps(content))
     if digests == "taken away":
