@@ -18,7 +18,7 @@ from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 
-from human_gait.playback.drawing import COLOURS
+from human_gait.playback.looks import COLOURS
 from human_gait.playback.page import save_playback
 from human_gait.reporting.page import report_to_file
 from human_gait.walk.gait_file import load_gait

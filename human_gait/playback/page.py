@@ -19,10 +19,9 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
-from human_gait.playback.drawing import COLOURS
 from human_gait.playback.drawn_body import torque_sizes
-from human_gait.playback.ground import FOOTHOLDS
 from human_gait.playback.inline import InlinePage, in_notebook
+from human_gait.playback.looks import COLOURS, FOOTHOLDS
 from human_gait.playback.scene import WALKERS, DrawnStride, scene_commands, stride_of
 from human_gait.playback.server import LOOPBACK, has_screen, page_server
 from human_gait.walk.gait_file import load_gait

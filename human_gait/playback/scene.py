@@ -20,7 +20,7 @@ from human_gait.playback.drawing import (
     Recorder,
     add_track,
 )
-from human_gait.playback.drawn_body import DrawnBody
+from human_gait.playback.drawn_body import animate_body, draw_body
 from human_gait.playback.forces import animate_forces, draw_markers
 from human_gait.playback.ground import animate_support, draw_ground
 
@@ -90,11 +90,11 @@ def _add_walker(motion: Animation, path: Visualizer, stride: DrawnStride) -> Non
     gait, instants = stride.gait, stride.instants
     draw_ground(path, gait)
     draw_markers(path, gait.body.subject.stature)
-    drawn = DrawnBody(path["body"], gait.body)
+    draw_body(path["body"], gait.body)
     covered = gait.cycle.length / gait.cycle.period * instants.t
     add_track(motion, path, "position", np.outer(-covered, [0.0, 0.0, 1.0]))
     add_track(motion, path["zmp"], "position", instants.zmp)
-    drawn.animate(motion, instants.q)
+    animate_body(motion, path["body"], gait.body, instants.q)
     animate_support(motion, path["support"], gait)
     animate_forces(motion, path["ground_reaction"], gait, instants)
 
