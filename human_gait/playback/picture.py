@@ -198,9 +198,9 @@ class Stage:
     def draw(self, walker: Walker, phase: float) -> Drawn:
         """Return the picture (height, width, 3), 0 to 255, of a walker at a phase."""
         vertices, normals = walker.placed(phase)
-        picture, camera = self._sky.astype(np.float32), self.camera
+        camera, surface = self.camera, walker.surface
+        picture: Drawn = self._sky.astype(np.float32)
         picture[self._horizon :] = self._ground(walker, phase, vertices)
-        surface = walker.surface
         found = seen(camera.project(vertices), surface.faces, camera.width, camera.height)
         facing = np.einsum("ij,ijk->ik", found.weights, normals[surface.faces[found.face]])
         facing /= np.linalg.norm(facing, axis=1, keepdims=True)
