@@ -18,6 +18,7 @@ from human_gait.exceptions import (
     NoSolutionFound,
     ResultError,
     ScenarioError,
+    SolveInterrupted,
     UnsupportedProgram,
 )
 from human_gait.scenario import (
@@ -67,6 +68,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "Solution",
+    "SolveInterrupted",
     "Subject",
     "Tolerances",
     "UnsupportedProgram",

@@ -12,6 +12,7 @@ import typer
 from human_gait.exceptions import ResultError
 from human_gait.results.names import GAIT_FILE
 from human_gait.results.unfinished import MARK
+from human_gait.stopping import checked_limit
 
 
 class SolverName(StrEnum):
@@ -61,11 +62,33 @@ def format_named(text: str) -> FormatName:
         raise typer.BadParameter(f"{text!r} is not one of {', '.join(FormatName)}{each}") from None
 
 
+def seconds(given: str) -> float:
+    """Return a time limit."""
+    try:
+        limit = float(given)
+    except ValueError:
+        raise typer.BadParameter(f"{given!r} is not a number of seconds") from None
+    try:
+        checked_limit(limit)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+    return limit
+
+
 ScenarioFile = Annotated[
     Path, typer.Argument(metavar="SCENARIO", help="A file, TOML, or a name: normal.")
 ]
 Engine = Annotated[
     DynamicsName, typer.Option(help="Dynamics: Pinocchio, or the paper's recursion (dh).")
+]
+TimeLimit = Annotated[
+    float,
+    typer.Option(
+        "--time-limit",
+        metavar="S",
+        parser=seconds,
+        help="Seconds to look for a walk; then the best attempt is kept. With all: of each solver.",
+    ),
 ]
 ResultFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a result.")]
 

@@ -1,15 +1,14 @@
 """The command ``human-gait``: predict, verify, explain, play, plot, compare, report, export ...
 
-Exit codes: 0 done, 1 no solution found, no walk or the solve interrupted (its best gait is kept), 2
-bad input or a result that cannot be written, 130 interrupted elsewhere. An error is one line; of a
+Exit codes: 0 done, 1 no walk (the best attempt is kept, of an interrupted solve too), 2 bad input,
+a result that cannot be written or a fault of the environment, 3 what was not foreseen, 130 or 143
+(128 and the number of the signal) interrupted with nothing changed. An error is one line; of a
 scenario, each has one.
 Solvers, plots and viewers are imported by the command that needs them: ``--help`` stays quick.
 """
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -25,16 +24,19 @@ from human_gait.arguments import (
     ScenarioFile,
     SolverChoice,
     SolverName,
+    TimeLimit,
     check_result,
     check_writable,
     format_named,
 )
+from human_gait.command import main
 from human_gait.exceptions import GaitError, ScenarioError
-from human_gait.exits import BAD_INPUT, NO_SOLUTION, complain, exit_code
+from human_gait.exits import NO_SOLUTION, exit_code
 from human_gait.results.folder import whole_file
-from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK
-from human_gait.results.streams import Outlet, outlet
+from human_gait.results.names import COMPARISON, EXPORT, GAIT_CYCLE, PLAYBACK
 from human_gait.scenario import Subject, load_scenario, scenario_file
+from human_gait.stopping import JOB_SIGNALS, TIME_LIMIT, running
+from human_gait.terminal import careful, screen
 
 app = typer.Typer(
     help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
@@ -100,11 +102,16 @@ def predict(
     dynamics: Engine = DynamicsName.PINOCCHIO,
     seed: Annotated[
         int,
-        typer.Option(min=0, metavar="N", help="Of random starts, where others fail; not for all."),
+        typer.Option(
+            min=0,
+            metavar="N",
+            help="Which random starts to try where the usual ones fail; no matter with all.",
+        ),
     ] = 0,
     warm_from: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Start from the walk of another result.")
     ] = None,
+    time_limit: TimeLimit = TIME_LIMIT,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else out/<scenario>.")
     ] = None,
@@ -125,12 +132,13 @@ def predict(
         if solver is SolverChoice.ALL:
             from human_gait.prediction import predict_by_all_solvers
 
-            found = predict_by_all_solvers(task, folder, dynamics.value)
+            found = predict_by_all_solvers(task, folder, dynamics.value, time_limit)
         else:
             from human_gait.prediction import predict_to_folder
 
-            engine = dynamics.value
-            found = predict_to_folder(task, solver.value, folder, engine, seed, warm_from)
+            found = predict_to_folder(
+                task, solver.value, folder, dynamics.value, seed, warm_from, time_limit
+            )
     except ScenarioError as error:
         raise error.found_in(str(file)) from None
     if not found:
@@ -145,6 +153,7 @@ def refine(
     ] = None,
     solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.NEWTON,
     dynamics: Engine = DynamicsName.PINOCCHIO,
+    time_limit: TimeLimit = TIME_LIMIT,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else DIR-refined.")
     ] = None,
@@ -158,7 +167,7 @@ def refine(
 
     gait = load_gait(folder)
     n = gait.basis.n_control_points + 2 if control_points is None else control_points
-    if not refine_to_folder(gait, n, solver.value, target, dynamics.value):
+    if not refine_to_folder(gait, n, solver.value, target, dynamics.value, time_limit):
         raise typer.Exit(NO_SOLUTION)
 
 
@@ -179,12 +188,10 @@ def verify(folder: ResultFolder) -> None:
 def explain(folder: ResultFolder) -> None:
     """Tell what shapes the walk of a result, or why there is none and what to try."""
     check_result(folder)
-    from rich.console import Console
-
     from human_gait.results.explanation import explained
 
     shown = explained(folder)
-    Console(highlight=False, markup=False).print(shown, soft_wrap=isinstance(shown, str))
+    screen().print(shown, soft_wrap=isinstance(shown, str))
 
 
 @app.command()
@@ -269,26 +276,20 @@ def film(
 def plot(folder: ResultFolder) -> None:
     """Draw the plots of a result again, and its animation, playback.html."""
     check_result(folder)
-    from human_gait.pictures.plots import PLOTS, save_plots
-    from human_gait.playback.page import save_playback
+    from human_gait.prediction import draw
     from human_gait.walk.gait_file import load_gait
 
-    gait = load_gait(folder)
-    save_plots(gait, folder)
-    with whole_file(folder / PLAYBACK) as path:
-        save_playback(gait, path)
-    typer.echo(f"wrote {len(PLOTS)} plots and {PLAYBACK} to {folder}")
+    n_plots = draw(load_gait(folder), folder)
+    typer.echo(f"wrote {n_plots} plots, {PLAYBACK} and {GAIT_CYCLE} to {folder}")
 
 
 @app.command()
 def compare(folder: ResultFolder) -> None:
     """Score a result against measured people; write table and plot beside it."""
     check_result(folder)
-    from rich.console import Console
-
     from human_gait.people.comparison import compare_to_folder
 
-    Console().print(compare_to_folder(folder))
+    screen().print(compare_to_folder(folder))
     typer.echo(f"wrote {', '.join(COMPARISON)} to {folder}")
 
 
@@ -397,28 +398,17 @@ def run(arguments: Sequence[str]) -> int:
     Returns
     -------
     int
-        Exit code: 0 done, 1 no solution, 2 bad input or no way to write, 130 interrupted.
+        Exit code, as above.
     """
     command = typer.main.get_command(app)
     words = list(arguments) or ["--help"]
-    return exit_code(lambda: command.main(words, "human-gait", standalone_mode=False))
 
+    def invoked() -> None:
+        with command.make_context("human-gait", words) as context:
+            command.invoke(context)
 
-def main() -> None:
-    """Run the command line of this process.
-
-    Linear algebra gets one thread unless told otherwise: the matrices are small, and sums in
-    another order would lead the solvers along another path.
-    """
-    sys.stdout, sys.stderr = outlet(sys.stdout), outlet(sys.stderr)
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
-    code = run(sys.argv[1:])
-    if sys.stdout:
-        sys.stdout.flush()
-    if Outlet.failure and code == 0:
-        code = complain(f"the output cannot be written: {Outlet.failure}", BAD_INPUT)
-    sys.exit(code)
+    with careful(), running(signals=JOB_SIGNALS):
+        return exit_code(invoked)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
-from rich.console import Console, RenderableType
+from rich.console import RenderableType
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
@@ -19,6 +19,8 @@ from human_gait.scenario import Scenario
 from human_gait.solving.starts import GIVEN, OWN_GUESS, WARM, Attempt
 from human_gait.solving.summary import diagnosis_content
 from human_gait.solving.watch import Iterate
+from human_gait.stopping import under_way
+from human_gait.terminal import one_line, screen
 
 Tell = Callable[[str], Callable[[Iterate], None]]
 """Takes the name of a start and returns what shows the iterates of its solve."""
@@ -28,7 +30,7 @@ _LINE_EVERY = 25  # iterates, where there is no terminal
 
 def show(what: RenderableType) -> None:
     """Print a line or a table."""
-    Console(highlight=False).print(what)
+    screen().print(what)
 
 
 def show_task(program: GaitProgram, solver: str) -> None:
@@ -45,7 +47,7 @@ def progress() -> Iterator[Tell]:
 
     On a terminal there is one live line, else a line now and then.
     """
-    console = Console(highlight=False)
+    console = screen()
 
     def some(now: Iterate) -> None:
         if now.number % _LINE_EVERY == 1:
@@ -87,19 +89,18 @@ def show_outcome(kept: Attempt, attempts: list[Attempt], folder: Path) -> None:
     show(_verdict(kept, attempts, folder))
     if not kept.success:
         diagnosis = diagnosis_text(diagnosis_content(kept))
-        Console(highlight=False).print(diagnosis, soft_wrap=True, markup=False)
+        screen().print(diagnosis, soft_wrap=True)
 
 
 def show_checks(scenario: Scenario, checks: list[Check]) -> None:
     """Print the claims that a walk is held against, and the table of its checks."""
-    Console(highlight=False).print(_asked_for(scenario), markup=False)
+    screen().print(_asked_for(scenario))
     show(_check_table(checks))
 
 
 def warn(what: object) -> None:
     """Print a warning on standard error, in one line."""
-    told = Console(stderr=True, highlight=False)
-    told.print(f"warning: {what}", soft_wrap=True, markup=False)
+    screen(stderr=True).print(f"warning: {one_line(what)}", soft_wrap=True)
 
 
 def _asked_for(scenario: Scenario) -> str:
@@ -116,7 +117,7 @@ def _asked_for(scenario: Scenario) -> str:
 def _check_table(checks: list[Check]) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), title="The walk, on a grid ten times finer")
     table.title_justify = "left"
-    for column in ("check", "found", "limit", "unit", r"t \[s]", ""):
+    for column in ("check", "found", "limit", "unit", "t [s]", ""):
         side: Literal["left", "right"] = "right" if column in ("found", "limit") else "left"
         table.add_column(column, justify=side, no_wrap=True)
     for check in checks:
@@ -131,7 +132,9 @@ def _verdict(kept: Attempt, attempts: list[Attempt], folder: Path) -> str:
         outcome = "found a walk that is not the cheapest: it stopped before the optimum,"
     seconds = sum(attempt.solution.wall_time for attempt in attempts)
     starts = f", {len(attempts)} starts, kept: {kept.start}" if len(attempts) > 1 else ""
+    over = under_way().over
+    ended = f", then {over}" if over and over != solution.status else ""
     return (
-        f"{solution.solver} {outcome} in {seconds:.1f} s ({solution.status}{starts}); "
+        f"{solution.solver} {outcome} in {seconds:.1f} s ({solution.status}{starts}{ended}); "
         f"result in {folder}"
     )

@@ -30,6 +30,7 @@ from human_gait.solving.diagnosis import Suggestion
 from human_gait.solving.drake_solvers import OPTIONS, SOLVERS
 from human_gait.solving.starts import OWN_GUESS, WARM
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
+from human_gait.walk.described import no_walk
 from human_gait.walk.gait_cycle import load_gait_cycle
 from human_gait.walk.gait_file import load_gait, save_gait
 from human_gait.walks import predict
@@ -90,6 +91,10 @@ def test_a_solve_that_fails_keeps_everything_it_has(failed, solver):
     gait = load_gait(folder)
     assert gait.scenario == TASK
     assert gait.solution["solver"] == solver
+    assert gait.solution["success"] is False
+    assert no_walk(gait).startswith(
+        f"This is no walk: {solver} ended with '{LIMIT_REACHED[solver]}"
+    )
     assert len(load_gait_cycle(folder / "gait_cycle.csv")["knee_flexion_deg"]) == 101
 
 

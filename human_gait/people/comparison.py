@@ -11,7 +11,6 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from human_gait.exceptions import ResultError
@@ -28,6 +27,7 @@ from human_gait.results.names import (
     SUMMARY,
 )
 from human_gait.results.reading import read_json
+from human_gait.terminal import screen
 from human_gait.values import Value
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import gait_cycle, load_gait_cycle
@@ -57,7 +57,7 @@ class Comparison(Value):
     step_scores: tuple[StepScore, ...]
 
     def __str__(self) -> str:
-        console = Console(width=_WIDTH, color_system=None, force_terminal=False, file=StringIO())
+        console = screen(width=_WIDTH, color_system=None, force_terminal=False, file=StringIO())
         with console.capture() as shown:
             console.print(comparison_table(self))
         return "\n".join(line.rstrip() for line in shown.get().splitlines())

@@ -15,6 +15,7 @@ from pathlib import Path
 from human_gait.exceptions import ResultError
 from human_gait.results.exchange import put
 from human_gait.results.unfinished import make_folder, sweep, unfinished
+from human_gait.stopping import uninterrupted
 
 
 @contextmanager
@@ -45,7 +46,8 @@ def replaced_folder(
         try:
             yield new
             _sync(new)
-            put(new, target, derived)
+            with uninterrupted():
+                put(new, target, derived)
         finally:
             shutil.rmtree(new, ignore_errors=True)  # it holds the old result if they were exchanged
     except OSError as error:
