@@ -11,6 +11,8 @@ import contextlib
 import threading
 import webbrowser
 from collections.abc import Sequence
+from functools import cache
+from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,8 +24,10 @@ from markupsafe import Markup
 from human_gait.playback.drawn_body import torque_sizes
 from human_gait.playback.inline import InlinePage, in_notebook
 from human_gait.playback.looks import COLOURS, FOOTHOLDS
+from human_gait.playback.policy import content_policy
 from human_gait.playback.scene import WALKERS, DrawnStride, scene_commands, stride_of
 from human_gait.playback.server import LOOPBACK, has_screen, page_server
+from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait_file import load_gait
 
 if TYPE_CHECKING:
@@ -32,6 +36,9 @@ if TYPE_CHECKING:
 
 TORQUE_COLOURS = ("#f4f2e8", "#b5dc9d", "#4fae86", "#17747a", "#12304f")
 """Colours of joint torques from none to the largest, evenly spaced; ever darker."""
+
+SCRIPTS = ("playback.js", "quality.js", "controls.js")
+"""Our scripts, in one element in this order."""
 
 
 def play(
@@ -90,11 +97,11 @@ def _gait(result: Gait | str | Path) -> Gait:
 
 def _serve(page: str, host: str, seconds: float | None) -> None:
     """Serve a page to the browser for so long, else until Ctrl-C."""
-    with page_server(page, host) as server, contextlib.suppress(KeyboardInterrupt):
-        url = f"http://{host}:{server.server_port}/"
-        print(f"MeshCat at {url}, Ctrl-C to stop", flush=True)  # noqa: T201, for who plays
+    with page_server(page, host, page_policy()) as server, contextlib.suppress(KeyboardInterrupt):
+        others = f"; for others at {server.url_elsewhere} or by address" * server.everywhere
+        print(f"MeshCat at {server.url}{others}, Ctrl-C to stop", flush=True)  # noqa: T201
         if has_screen():
-            webbrowser.open(url)
+            webbrowser.open(server.url)
         if seconds is not None:
             bell = threading.Timer(seconds, server.shutdown)
             bell.daemon = True
@@ -135,16 +142,37 @@ def playback_page(
     walks = [_about(each, name) for each, name in zip(gaits, _names(gaits), strict=True)]
     scenes = [stride_of(each) for each in gaits]
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    viewer = files("meshcat") / "viewer" / "dist" / "main.min.js"
     return environment.from_string(_text("playback.html")).render(
         title=" and ".join(walk["name"] for walk in walks),
+        **page_marks(gaits),
         walks=walks,
         note=_note(walks) if second else "",
         layers=_layers(gaits),
         data=_data(scenes, walks, strides, overlay),
-        viewer=Markup(viewer.read_text(encoding="utf-8")),
-        script=Markup(_text("playback.js")),
+        scripts=list(map(Markup, _scripts())),
     )
+
+
+def page_marks(gaits: Sequence[Gait]) -> dict[str, Any]:
+    """Return what the head of a page about gaits tells programs, as values for its template."""
+    return {
+        "policy": page_policy(),
+        "generator": f"human-gait {version('human-gait')}",
+        "digests": [gait_digest(gait) for gait in gaits],
+    }
+
+
+@cache
+def page_policy() -> str:
+    """Return the Content Security Policy of the page of a walk, and of pages that hold it."""
+    return content_policy(_scripts())
+
+
+@cache
+def _scripts() -> tuple[str, str]:
+    """Return what runs in the page: MeshCat's viewer and our own."""
+    viewer = files("meshcat") / "viewer" / "dist" / "main.min.js"
+    return viewer.read_text(encoding="utf-8"), "".join(map(_text, SCRIPTS))
 
 
 def _text(name: str) -> str:
@@ -164,6 +192,7 @@ def _about(gait: Gait, name: str) -> dict[str, Any]:
     return {
         "name": name,
         "caption": _caption(gait),
+        "warning": no_walk(gait),
         "strideTime": 2 * gait.step_time,
         "doubleSupport": gait.scenario.phases.double_support / 2,  # of the stride
     }
