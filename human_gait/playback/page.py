@@ -143,12 +143,18 @@ def playback_page(
     return page_of([gait, second] if second else [gait], strides, overlay)
 
 
-def page_of(gaits: Sequence[Gait], strides: int | None = None, overlay: bool = False) -> str:
+def page_of(
+    gaits: Sequence[Gait],
+    strides: int | None = None,
+    overlay: bool = False,
+    called: Sequence[str] | None = None,
+) -> str:
     """Return the HTML page that plays walks, as many as there are `WALKERS`, beside one another.
 
-    `strides` and `overlay` (of two) are those of `playback_page`.
+    `strides` and `overlay` (of two) are those of `playback_page`; `called` is how the walks are
+    called, if not by the names of their scenarios.
     """
-    walks = [_about(each, name) for each, name in zip(gaits, _names(gaits), strict=True)]
+    walks = [_about(each, name) for each, name in zip(gaits, called or _names(gaits), strict=True)]
     scenes = [stride_of(each) for each in gaits]
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     return environment.from_string(_text("playback.html")).render(
@@ -156,7 +162,7 @@ def page_of(gaits: Sequence[Gait], strides: int | None = None, overlay: bool = F
         **page_marks(gaits),
         walks=walks,
         note=_note(walks) if len(walks) > 1 else "",
-        still=still_address(gaits),
+        still=still_address(gaits, [walk["name"] for walk in walks]),
         layers=_layers(gaits),
         data=_data(scenes, walks, strides, overlay),
         scripts=list(map(Markup, _scripts())),

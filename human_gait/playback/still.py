@@ -27,6 +27,7 @@ def strobe(
     view: str = "side",
     size: tuple[int, int] | None = None,
     height: int = _HEIGHT,
+    called: Sequence[str] = (),
 ) -> Image.Image:
     """Return phases of one stride of each walk beside one another, a row for each walk.
 
@@ -39,23 +40,34 @@ def strobe(
         Of one phase; otherwise as wide as the walkers need.
     height : int, [px]
         Of one phase, if there is no size.
+    called : sequence of str
+        What several walks are called; else by their scenarios.
     """
     walkers = [Walker(gait) for gait in gaits]
     each = size or (cell_width(walkers, view, height), height)
     stage = stage_for(walkers, view, each, plain=True)
-    return Image.fromarray(np.concatenate([np.asarray(_row(stage, one)) for one in walkers]))
+    names = [*called] or [gait.scenario.name for gait in gaits]
+    rows = [
+        _row(stage, walker, name if len(walkers) > 1 else "")
+        for walker, name in zip(walkers, names, strict=True)
+    ]
+    return Image.fromarray(np.concatenate([np.asarray(row) for row in rows]))
 
 
-def _row(stage: Stage, walker: Walker) -> Image.Image:
+def _row(stage: Stage, walker: Walker, name: str) -> Image.Image:
     phases = np.arange(_PHASES) / _PHASES
     drawn = [downscaled(stage.draw(walker, phase)) for phase in phases]
-    row = Image.fromarray(np.concatenate(drawn, axis=1))
-    return banner(labelled(row, [f"{100 * phase:.0f} %" for phase in phases]), no_walk(walker.gait))
+    row = labelled(
+        Image.fromarray(np.concatenate(drawn, axis=1)), [f"{100 * phase:.0f} %" for phase in phases]
+    )
+    if name:
+        labelled(row, [name], at_top=False)
+    return banner(row, no_walk(walker.gait))
 
 
-def still_address(gaits: Sequence[Gait]) -> str:
+def still_address(gaits: Sequence[Gait], called: Sequence[str] = ()) -> str:
     """Return the still of walks as a small PNG in a data URI, for a page that loads nothing."""
-    picture = strobe(gaits, height=_SMALL).quantize(_FEW, dither=Image.Dither.NONE)
+    picture = strobe(gaits, height=_SMALL, called=called).quantize(_FEW, dither=Image.Dither.NONE)
     content = BytesIO()
     picture.save(content, format="PNG", optimize=True)
     return f"data:image/png;base64,{base64.b64encode(content.getvalue()).decode('ascii')}"
