@@ -36,7 +36,7 @@ SUFFIXES = (".gif", ".mp4", ".png")
 """What a film can be written as."""
 
 _RATE = 25  # frames per second, about: a stride has a whole number of them
-_SIZE = (480, 600)  # of one walker, [px]
+_SIZE = (400, 500)  # of one walker, [px]
 _STILL_HEIGHT = 480  # [px]
 _SIZES = (64, 4000)  # that a picture can have, [px]
 _LASTS = 8.0  # what a film that does not repeat itself takes at least, [s]
