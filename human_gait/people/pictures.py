@@ -12,8 +12,8 @@ from human_gait.people.reference import Cycle, MeasuredCurve, Reference, Score, 
 from human_gait.walk.gait_cycle import label_and_unit
 
 PREDICTED = "#D55E00"
-_MEASURED = (("#0072B2", "--"), ("#009E73", "-."), ("#CC79A7", ":"))
-"""Colours of Okabe and Ito (safe for the colour-blind) and line styles, by reference."""
+_MEASURED = (("#0072B2", "--"), ("#00795A", "-."), ("#A94E86", ":"))
+"""Colours of Okabe and Ito (safe for the colour-blind), dark enough to be read, and styles."""
 
 PANELS = (
     ("pelvis_tilt_anterior_deg", "pelvis_obliquity_up_deg", "pelvis_rotation_internal_deg"),

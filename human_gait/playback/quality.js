@@ -70,5 +70,5 @@ function describe(canvas) {
 // Paper has no canvas: what is in sight becomes a picture.
 function drawStill() {
   draw(0);
-  element("still").src = viewer.renderer.domElement.toDataURL();
+  element("still").setAttribute("src", viewer.renderer.domElement.toDataURL());
 }

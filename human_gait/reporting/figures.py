@@ -66,7 +66,7 @@ RESULTS = (  # Okabe and Ito's palette, which colour-blind people tell apart, an
 )
 """Lines of the walks of a report, in their order; there is room for no more."""
 
-MEASURED = (Line("#7C8FB0"), Line("#5FA39B"), Line("#A58FB5"))
+MEASURED = (Line("#44557F"), Line("#1D655E"), Line("#6C4F80"))
 """Bands of the measured people, by reference."""
 
 VARIABLES: Mapping[str, str] = {
