@@ -27,8 +27,10 @@ def main() -> None:
 
 def _code() -> int:
     from human_gait.results.streams import Outlet, outlet  # noqa: PLC0415, signals come first
+    from human_gait.surroundings import process_is_ours  # noqa: PLC0415
     from human_gait.terminal import complain  # noqa: PLC0415
 
+    process_is_ours()
     sys.stdout, sys.stderr = outlet(sys.stdout), outlet(sys.stderr)
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")

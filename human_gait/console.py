@@ -16,15 +16,21 @@ from human_gait.checks.check import Check
 from human_gait.problem.program import GaitProgram
 from human_gait.results.explanation import diagnosis_text
 from human_gait.scenario import Scenario
+from human_gait.settings.departures import departures
 from human_gait.solving.starts import GIVEN, OWN_GUESS, WARM, Attempt
 from human_gait.solving.summary import diagnosis_content
 from human_gait.solving.watch import Iterate
 from human_gait.stopping import under_way
 from human_gait.terminal import one_line, screen
+from human_gait.walk.gait_file import Record
 
 Tell = Callable[[str], Callable[[Iterate], None]]
 """Takes the name of a start and returns what shows the iterates of its solve."""
 
+_NO_DIGESTS = (
+    "The file has no digests: an older version wrote it. What cannot be computed anew, such as the "
+    "solver's words, is taken as it is."
+)
 _LINE_EVERY = 25  # iterates, where there is no terminal
 
 
@@ -85,17 +91,30 @@ def show_outcome(kept: Attempt, attempts: list[Attempt], folder: Path) -> None:
     folder : Path
         Where the result is.
     """
-    show(_check_table(kept.checks))
+    _show_table(kept.checks)
     show(_verdict(kept, attempts, folder))
     if not kept.success:
         diagnosis = diagnosis_text(diagnosis_content(kept))
         screen().print(diagnosis, soft_wrap=True)
 
 
-def show_checks(scenario: Scenario, checks: list[Check]) -> None:
+def show_checks(record: Record, checks: list[Check]) -> None:
     """Print the claims that a walk is held against, and the table of its checks."""
-    screen().print(_asked_for(scenario))
+    told = screen()
+    told.print(_asked_for(record.gait.scenario))
+    for line in _moved_limits(record.gait.scenario):
+        told.print(line, soft_wrap=True)
+    if record.altered is None:
+        told.print(_NO_DIGESTS, soft_wrap=True)
+    _show_table(checks)
+
+
+def _show_table(checks: list[Check]) -> None:
+    """Print the table of checks, and below it what there is to say of some of them."""
     show(_check_table(checks))
+    for check in checks:
+        if check.what:
+            screen().print(check.told, soft_wrap=True)
 
 
 def warn(what: object) -> None:
@@ -114,6 +133,12 @@ def _asked_for(scenario: Scenario) -> str:
     )
 
 
+def _moved_limits(scenario: Scenario) -> list[str]:
+    """Return a heading and the settings that move limits of the checks, a line each, if any."""
+    moved = departures(scenario)
+    return ["limits are moved by:", *(f"  {one}" for one in moved)] if moved else []
+
+
 def _check_table(checks: list[Check]) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), title="The walk, on a grid ten times finer")
     table.title_justify = "left"
@@ -121,8 +146,9 @@ def _check_table(checks: list[Check]) -> Table:
         side: Literal["left", "right"] = "right" if column in ("found", "limit") else "left"
         table.add_column(column, justify=side, no_wrap=True)
     for check in checks:
-        found, limit, at = f"{check.value:.2g}", f"{check.limit:g}", f"{check.time:.3f}"
-        table.add_row(check.name, found, limit, check.unit, at, "ok" if check.passed else "FAIL")
+        found, at = f"{check.value:.2g}", f"{check.time:.3f}"
+        row = (check.name, found, check.shown_limit, check.unit, at, check.verdict)
+        table.add_row(*row)
     return table
 
 

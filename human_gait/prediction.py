@@ -196,7 +196,7 @@ def verify_folder(folder: Path) -> bool:
     """
     record = load_record(folder)
     checks = verify(record)
-    console.show_checks(record.gait.scenario, checks)
+    console.show_checks(record, checks)
     found = json.dumps(checks_content(checks), indent=2)
     try:
         with whole_file(folder / VERIFICATION) as path:

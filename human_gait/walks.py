@@ -226,7 +226,7 @@ def _program(gait: Gait) -> GaitProgram:
     Costs and constraints of one's own are functions, which no gait carries; it knows only what
     their bounds cost (`own_bounds`).
     """
-    program = build_program(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
+    program = GaitProgram(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
     held = program.with_friction()
     more = {one.name for one in held.constraints} - {one.name for one in program.constraints}
     return held if more & gait.multipliers.keys() else program

@@ -7,7 +7,7 @@ import pytest
 from walks import scenario
 
 from human_gait.body.skeleton import SEGMENTS, index
-from human_gait.checks import ground, laws, motion
+from human_gait.checks import contents, ground, laws, motion
 from human_gait.checks.check import Check, Kind
 from human_gait.checks.engines import DrakeEngine, RecursionEngine
 from human_gait.checks.verification import verify
@@ -95,11 +95,11 @@ TAMPERED = {
     "a torque": (("tau", K, KNEE), ENGINES[1]),
     "the torque of toes": (("tau", 3, TOES), ENGINES[2]),
     "a muscle torque": (("active", K, KNEE), laws.MUSCLES.name),
-    "an angle": (("q", K, KNEE), laws.ANGLES.name),
-    "a velocity": (("v", K, KNEE), laws.VELOCITIES.name),
-    "an acceleration": (("a", K, KNEE), laws.ACCELERATIONS.name),
-    "a foothold": (("footholds", *HEEL_L), laws.PLANNED.name),
-    "a mass": (("mass", PELVIS_LINK), laws.MASSES.name),
+    "an angle": (("q", K, KNEE), contents.ANGLES.name),
+    "a velocity": (("v", K, KNEE), contents.VELOCITIES.name),
+    "an acceleration": (("a", K, KNEE), contents.ACCELERATIONS.name),
+    "a foothold": (("footholds", *HEEL_L), contents.PLANNED.name),
+    "a mass": (("mass", PELVIS_LINK), contents.MASSES.name),
     "a force": (("grf", K, 1, 1), BALANCE),
     "a moment": (("yaw_moment", K, 1), BALANCE),
     "a centre of pressure": (("cop", K, 1, 2), BALANCE),
@@ -129,8 +129,8 @@ def test_every_number_that_is_changed_is_seen_somewhere():
 @pytest.mark.parametrize(
     ("key", "value", "name"),
     [
-        ("mass", 1.01, laws.MASSES.name),
-        ("stature", 1.01, laws.PLANNED.name),
+        ("mass", 1.01, contents.MASSES.name),
+        ("stature", 1.01, contents.PLANNED.name),
     ],
 )
 def test_another_person_in_the_scenario_is_seen(key, value, name):
@@ -148,7 +148,7 @@ def test_a_control_point_of_the_file_that_is_changed_is_seen():
     P = GAIT.control_points.copy()
     P[3, KNEE] *= 1.01
     tampered = dataclasses.replace(RECORD, gait=Gait(GAIT.scenario, GAIT.breaks, P))
-    assert laws.ANGLES.name in failed(tampered)
+    assert contents.ANGLES.name in failed(tampered)
 
 
 def consistent(**changes):

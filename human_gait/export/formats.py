@@ -13,7 +13,10 @@ from human_gait.arrays import FloatArray
 from human_gait.export import opensim_tables, tables
 from human_gait.export.bvh import save_bvh
 from human_gait.export.markers import save_c3d, save_trc
+from human_gait.export.notes import Note
 from human_gait.export.opensim import save_model
+from human_gait.export.ranges import joint_ranges
+from human_gait.export.robot import robot_text
 from human_gait.export.trajectory import save_trajectory_csv, save_trajectory_json
 from human_gait.results import names
 from human_gait.results.folder import replaced_folder
@@ -89,7 +92,10 @@ def _csv(stride: SampledStride, folder: Path) -> None:
 
 
 def _urdf(stride: SampledStride, folder: Path) -> None:
-    (folder / names.ROBOT).write_text(stride.gait.body.urdf, encoding="utf-8")
+    gait = stride.gait
+    ranges = joint_ranges(gait.scenario.subject, gait.scenario, stride.samples)
+    text = robot_text(gait.body, ranges, gait.scenario.ground.friction, Note.of(gait))
+    (folder / names.ROBOT).write_text(text, encoding="utf-8")
     save_trajectory_csv(stride.samples, folder / names.TRAJECTORY_CSV)
     save_trajectory_json(stride.samples, folder / names.TRAJECTORY_JSON)
 

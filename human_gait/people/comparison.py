@@ -18,7 +18,7 @@ from human_gait.people.comparison_table import comparison_table
 from human_gait.people.pictures import compare_figure
 from human_gait.people.reference import Cycle, Reference, Score, references_near, scores
 from human_gait.people.spatiotemporal import StepScore, step_scores
-from human_gait.results.folder import whole_file
+from human_gait.results.folder import replaced_folder
 from human_gait.results.names import (
     COMPARISON_CSV,
     COMPARISON_JSON,
@@ -152,16 +152,14 @@ def _positive(path: Path, summary: object, key: str) -> float:
 
 
 def save_comparison(comparison: Comparison, folder: str | Path) -> None:
-    """Write ``compare.json``, ``compare.csv`` and ``compare.png`` into a folder."""
+    """Write ``compare.json``, ``compare.csv`` and ``compare.png`` into a folder, all or none."""
     folder = Path(folder)
     figure = compare_figure(comparison.cycle, comparison.references)
     text = json.dumps(_plain(comparison), indent=2, allow_nan=False)
-    with whole_file(folder / COMPARISON_JSON) as path:
-        path.write_text(text + "\n", encoding="utf-8")
-    with whole_file(folder / COMPARISON_CSV) as path:
-        path.write_text(_csv(comparison), encoding="utf-8")
-    with whole_file(folder / COMPARISON_PNG) as path:
-        figure.savefig(path, dpi=130)
+    with replaced_folder(folder, solved=False) as new:
+        (new / COMPARISON_JSON).write_text(text + "\n", encoding="utf-8")
+        (new / COMPARISON_CSV).write_text(_csv(comparison), encoding="utf-8")
+        (new / COMPARISON_PNG).write_bytes(figure.png())
 
 
 def _plain(comparison: Comparison) -> dict[str, Any]:

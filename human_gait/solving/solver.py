@@ -15,8 +15,10 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from human_gait.arrays import FloatArray
+from human_gait.checks.contents import OWN_COST
 from human_gait.exceptions import UnsupportedProgram
 from human_gait.problem.drake import Stage
+from human_gait.problem.objective import objective
 from human_gait.problem.program import GaitProgram
 from human_gait.problem.violation import Violation
 from human_gait.solving.drake_solvers import SOLVERS, duals_of, refuse, solve_program, status_of
@@ -286,8 +288,9 @@ def _solution(
         free, cost = watch.best.free, watch.best.cost
         violations = program.violations(free)
     converged = end.solved and feasible
+    found = {"solver": solver, "status": status, "cost": cost, "wall_time_s": wall_time}
     return Solution(
-        program.gait(free, solver=solver, status=status, cost=cost, wall_time_s=wall_time),
+        program.gait(free, **found, **_own_cost(program, free, cost)),
         converged,
         bool(watch.run.asked.signal),
         solver,
@@ -312,6 +315,12 @@ def _judged(program: GaitProgram, end: End) -> tuple[list[Violation], float]:
     if not np.all(np.isfinite(end.free)):
         raise ValueError("the solver ended at what is no number")
     return program.violations(end.free, end.x), program.total_cost(end.free, end.x)
+
+
+def _own_cost(program: GaitProgram, free: FloatArray, cost: float) -> dict[str, float]:
+    """Return what of a cost is of one's own, if any: no file has the functions that it is of."""
+    scenarios = program.functions.cost(objective(program.scenario), free)[0]
+    return {OWN_COST: cost - scenarios} if cost != scenarios else {}
 
 
 def _largest(violations: list[Violation]) -> float:
