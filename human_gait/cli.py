@@ -249,6 +249,44 @@ def play(
 
 
 @app.command()
+def film(
+    folder: ResultFolder,
+    second: Annotated[
+        Path | None, typer.Argument(metavar="[DIR2]", help="A result to show beside it.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="A .gif, .mp4 or .png (phases), else walk.gif in DIR."),
+    ] = None,
+    view: Annotated[
+        str, typer.Option(metavar="VIEW", help="From the side, the front or a quarter.")
+    ] = "quarter",
+    size: Annotated[
+        str, typer.Option(metavar="WxH", help="Width and height, as 480x600.", show_default=False)
+    ] = "",
+) -> None:
+    """Write a result as a film or a picture, without a browser or a screen."""
+    for given in filter(None, (folder, second)):
+        check_result(given)
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from human_gait.playback.film import film as write_film
+    from human_gait.playback.film import size_named
+
+    pixels = size_named(size) if size else None
+    terminal = Console(stderr=True)
+    with Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as shown:
+        task = shown.add_task("drawing", total=None)
+
+        def tell(done: int, of: int) -> None:
+            shown.update(task, completed=done, total=of)
+
+        target = write_film(folder, out, view, pixels, second, tell)
+    typer.echo(f"wrote {target}")
+
+
+@app.command()
 def plot(folder: ResultFolder) -> None:
     """Draw the plots of a result again, and its animation, playback.html."""
     check_result(folder)
