@@ -41,7 +41,7 @@ from human_gait.faults import BAD_INPUT
 from human_gait.results.folder import whole_file
 from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK, ROBOT
 from human_gait.results.ours import check_free
-from human_gait.scenario import Subject, load_scenario, scenario_file
+from human_gait.scenario import load_scenario, scenario_file
 from human_gait.stopping import JOB_SIGNALS, TIME_LIMIT, running
 from human_gait.terminal import careful, screen
 
@@ -372,6 +372,7 @@ def export(
     """Write one stride of a result for OpenSim, motion capture, animation and robot programs."""
     check_result(folder)
     from human_gait.export.formats import FORMATS, RATES, export_gait
+    from human_gait.walk.described import no_walk
     from human_gait.walk.gait_file import load_gait
 
     if rate is not None and not RATES[0] <= rate <= RATES[1]:
@@ -379,7 +380,10 @@ def export(
 
     target = out or folder / EXPORT
     names = [name.value for name in formats] if formats else list(FORMATS)
-    files = export_gait(load_gait(folder), target, names, rate)
+    gait = load_gait(folder)
+    files = export_gait(gait, target, names, rate)
+    if failed := no_walk(gait):
+        typer.echo(f"note: {failed}", err=True)
     typer.echo(f"wrote {len(files)} files to {target}")
 
 
@@ -392,17 +396,15 @@ def urdf(
         Path | None, typer.Option(metavar="SCENARIO", help="Whose body; else the median male.")
     ] = None,
 ) -> None:
-    """Write the body as a URDF file."""
-    from human_gait.body.person import make_body
-    from human_gait.scenario import Load
+    """Write the body, with the limits of the scenario, as a URDF file for other programs."""
+    from human_gait.export.robot import scenario_robot
 
-    task = load_scenario(scenario) if scenario else None
-    body = make_body(task.subject, task.load) if task else make_body(Subject.default(), Load())
     target = out or Path("urdf") / ROBOT
     if out is None:
         check_free(target.parent, [target.name])
+    text = scenario_robot(load_scenario(scenario) if scenario else None)
     with whole_file(target) as path:
-        path.write_text(body.urdf, encoding="utf-8")
+        path.write_text(text, encoding="utf-8")
     typer.echo(f"wrote {target}")
 
 
