@@ -91,7 +91,7 @@ _CAME_OUT: Sequence[Row] = (
     ("checks passed", lambda one: _passed(one.outcome.checks)),
     ("solving time [s]", lambda one: number(one.outcome.wall_time, ".1f")),
     ("found by", lambda one: Cell(one.outcome.solver)),
-    ("which says", lambda one: Cell(one.outcome.status)),
+    ("status of the solver", lambda one: Cell(one.outcome.status)),
     ("started from", lambda one: Cell(one.outcome.start)),
     ("attempts", lambda one: number(len(one.outcome.trials), "d")),
     ("iterations", lambda one: number(one.outcome.iterations, "d")),
@@ -121,7 +121,7 @@ def trials(result: Result) -> Table:
     columns = (
         "start",
         "solver",
-        "it says",
+        "status",
         "walk",
         "effort [N² m² s]",
         "time [s]",
