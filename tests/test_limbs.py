@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from walking import guessed_gait
 
@@ -49,6 +50,26 @@ def test_parts_that_are_turned_into_each_other_are_told(angles, parts):
     assert str(one).startswith(" in ".join(one.parts))
 
 
+def test_a_heavy_person_is_deeper_in_himself():
+    heavy = make_body(Subject(sex="male", stature=1.755, mass=120.0))
+    usual, wide = (limbs.overlaps(body, NOW)[0].depth for body in (BODY, heavy))
+    assert wide > usual + 0.005
+
+
+def test_the_shapes_are_where_the_urdf_has_them():
+    """Its cylinders, placed by Pinocchio, are the axes of the shapes."""
+    model, data = BODY.model, BODY.model.createData()
+    visuals = pin.buildGeomFromUrdfString(model, BODY.urdf, pin.GeometryType.VISUAL)
+    drawn = [one for one in visuals.geometryObjects if isinstance(one.geometry, pin.coal.Cylinder)]
+    q = NOW.q[30]
+    pin.forwardKinematics(model, data, q)
+    middles = np.array([(data.oMi[one.parentJoint] * one.placement).translation for one in drawn])
+    shapes = limbs.shapes_of(BODY)
+    start, along = limbs._placed(BODY, shapes, q[None])
+    assert len(middles) == len(shapes.part)
+    np.testing.assert_allclose((start + along / 2)[0], middles, atol=1e-9)
+
+
 def test_parts_that_are_joined_are_in_each_other_and_not_told():
     told = {frozenset(parts) for parts in found(elbow_flexion_r=120.0, knee_flexion_l=120.0)}
     assert not told & {frozenset(pair) for pair in limbs._NEIGHBOURS}
@@ -75,7 +96,7 @@ def test_it_is_a_note_with_the_deepest_pair_first():
 
 
 def test_every_capsule_that_is_drawn_belongs_to_a_part():
-    shapes = limbs.capsules(BODY)
+    shapes = limbs.shapes_of(BODY)
     sides = {part.split()[0] for part in shapes.part} - {"trunk", "head"}
     assert sides == {"right", "left"}
     assert len(set(shapes.part)) == 14

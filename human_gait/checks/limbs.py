@@ -1,8 +1,8 @@
 """Parts of the drawn body that pass through each other, from the capsules that draw it.
 
 Nothing keeps limbs apart but their joint limits: heels and toe tips alone are held beside the
-standing leg. How deep the round shapes of the URDF are in each other is told, not judged: skin and
-clothes give way, and the shapes are drawn by eye.
+standing leg. How deep the round shapes of the figure are in each other is told, not judged: skin
+and clothes give way, and the shapes are drawn by eye.
 """
 
 from __future__ import annotations
@@ -12,11 +12,12 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-import pinocchio as pin
 
 from human_gait.arrays import FloatArray, IntArray
+from human_gait.body.dh import frames
+from human_gait.body.figure import capsules
+from human_gait.body.links import anatomical_to_link
 from human_gait.body.person import Body
-from human_gait.body.skeleton import SEGMENTS
 from human_gait.checks.check import Check, Claim, Kind
 from human_gait.values import Value
 from human_gait.walk.gait import Samples
@@ -45,22 +46,22 @@ _DEEP = 1e-3  # [m], what is told
 
 
 @dataclass(frozen=True, eq=False)
-class Capsules(Value):
+class Shapes(Value):
     """The round shapes that draw a body.
 
     Attributes
     ----------
     part : list of str
         What each belongs to, such as ``left hand``.
-    joint : (n,) int array
-        Of the Pinocchio model, whose frame the places are in.
+    link : (n,) int array
+        That they belong to, whose DH frame the places are in.
     start, along : (n, 3) array, [m]
         One end of the axis, and the way to the other.
     radius : (n,) array, [m]
     """
 
     part: list[str]
-    joint: IntArray
+    link: IntArray
     start: FloatArray
     along: FloatArray
     radius: FloatArray
@@ -91,7 +92,7 @@ def limbs_check(body: Body, now: Samples) -> Check:
 
 def overlaps(body: Body, now: Samples) -> list[Overlap]:
     """Return the pairs of parts that are in each other during the step, the deepest first."""
-    shapes = capsules(body)
+    shapes = shapes_of(body)
     some = np.unique(np.linspace(0, len(now.t) - 1, _INSTANTS).astype(int))
     start, along = _placed(body, shapes, now.q[some])
     found = []
@@ -104,32 +105,30 @@ def overlaps(body: Body, now: Samples) -> list[Overlap]:
     return sorted(found, key=lambda one: -one.depth)
 
 
-def capsules(body: Body) -> Capsules:
-    """Return the round shapes of the URDF of a body, as it is drawn."""
-    shapes = pin.buildGeomFromUrdfString(body.model, body.urdf, pin.GeometryType.VISUAL)
-    round_ones = [
-        shape for shape in shapes.geometryObjects if isinstance(shape.geometry, pin.coal.Cylinder)
-    ]
-    half = [s.placement.rotation[:, 2] * s.geometry.halfLength for s in round_ones]
-    along = 2.0 * np.array(half)
-    return Capsules(
-        part=[_part(int(shape.parentJoint) - 1) for shape in round_ones],
-        joint=np.array([int(shape.parentJoint) for shape in round_ones]),
-        start=np.array([shape.placement.translation for shape in round_ones]) - along / 2.0,
-        along=along,
-        radius=np.array([shape.geometry.radius for shape in round_ones]),
+def shapes_of(body: Body) -> Shapes:
+    """Return the round shapes of a body, as it is drawn."""
+    drawn = capsules(body.measures)
+    link = np.array([capsule.link for capsule in drawn])
+    ends = np.array([capsule.ends for capsule in drawn])
+    place = anatomical_to_link(body.table)[link]
+    turn, origin = place[:, :3, :3], place[:, :3, 3]
+    return Shapes(
+        part=[_part(capsule.segment) for capsule in drawn],
+        link=link,
+        start=origin + np.einsum("nij,nj->ni", turn, ends[:, 0]),
+        along=np.einsum("nij,nj->ni", turn, ends[:, 1] - ends[:, 0]),
+        radius=np.array([capsule.radius for capsule in drawn]),
     )
 
 
-def _part(link: int) -> str:
-    """Return what the segment of a link belongs to."""
-    segment = next(name for name, i in SEGMENTS.items() if i == link)
+def _part(segment: str) -> str:
+    """Return what a segment belongs to."""
     kind, _, side = segment.partition("_")
     kind = _KINDS.get(kind, kind if kind in _LIMBS else "trunk")
     return f"{'right' if side == 'r' else 'left'} {kind}" if side and kind != "trunk" else kind
 
 
-def _pairs(shapes: Capsules) -> Iterator[tuple[tuple[str, str], IntArray, IntArray]]:
+def _pairs(shapes: Shapes) -> Iterator[tuple[tuple[str, str], IntArray, IntArray]]:
     """Yield two parts that are not joined, and the shapes of one with those of the other."""
     parts = sorted(set(shapes.part), key=lambda part: (_ORDER.index(part.split()[-1]), part))
     members = {part: np.flatnonzero(np.array(shapes.part) == part) for part in parts}
@@ -139,13 +138,10 @@ def _pairs(shapes: Capsules) -> Iterator[tuple[tuple[str, str], IntArray, IntArr
             yield (one, other), first.ravel(), second.ravel()
 
 
-def _placed(body: Body, shapes: Capsules, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _placed(body: Body, shapes: Shapes, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return start and way along the axis (K, n, 3) of the shapes in the world."""
-    data, poses = body.model.createData(), []
-    for posture in q:
-        pin.forwardKinematics(body.model, data, posture)
-        poses.append([pose.homogeneous for pose in data.oMi])
-    place = np.array(poses)[:, shapes.joint]
+    _, A = frames(body.table, q)
+    place = A[:, shapes.link]
     turn, origin = place[..., :3, :3], place[..., :3, 3]
     start, along = (np.einsum("knij,nj->kni", turn, x) for x in (shapes.start, shapes.along))
     return origin + start, along
