@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 
-from matplotlib import get_data_path
 from PIL import Image, ImageDraw, ImageFont
+
+from human_gait.canvas import FONT
 
 _INK, _PAPER = (32, 38, 45), (255, 255, 255)
 _WARNING = (179, 38, 30)
@@ -15,8 +15,7 @@ _WARNING = (179, 38, 30)
 
 @cache
 def _font(size: int) -> ImageFont.FreeTypeFont:
-    """Return the font that matplotlib brings along: the same everywhere."""
-    return ImageFont.truetype(Path(get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf", size)
+    return ImageFont.truetype(FONT, size)
 
 
 def labelled(picture: Image.Image, names: Sequence[str], at_top: bool = True) -> Image.Image:
