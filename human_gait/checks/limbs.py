@@ -18,6 +18,7 @@ from human_gait.body.dh import frames
 from human_gait.body.figure import capsules
 from human_gait.body.links import anatomical_to_link
 from human_gait.body.person import Body
+from human_gait.body.skeleton import SEGMENTS
 from human_gait.checks.check import Check, Claim, Kind
 from human_gait.values import Value
 from human_gait.walk.gait import Samples
@@ -43,6 +44,7 @@ _LIMBS = ("forearm", "hand", "thigh", "shank", "foot")
 _INSTANTS = 101  # of a step
 _TOLD = 4  # pairs, the deepest
 _DEEP = 1e-3  # [m], what is told
+_ALONG = np.linspace(0.0, 1.0, 9)  # points of an axis
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,17 +93,29 @@ def limbs_check(body: Body, now: Samples) -> Check:
 
 
 def overlaps(body: Body, now: Samples) -> list[Overlap]:
-    """Return the pairs of parts that are in each other during the step, the deepest first."""
+    """Return the pairs of parts that are in each other during the step, the deepest first.
+
+    A load counts as a part, that is joined to the trunk.
+    """
     shapes = shapes_of(body)
     some = np.unique(np.linspace(0, len(now.t) - 1, _INSTANTS).astype(int))
-    start, along = _placed(body, shapes, now.q[some])
+    _, A = frames(body.table, now.q[some])
+    start, along = _placed(A, shapes)
+    deep = {
+        parts: shapes.radius[one]
+        + shapes.radius[other]
+        - _apart(start[:, one], along[:, one], start[:, other], along[:, other])
+        for parts, one, other in _pairs(shapes)
+    }
+    if body.load.mass > 0.0:
+        points = start[:, :, None] + _ALONG[:, None] * along[:, :, None]
+        in_load = shapes.radius - _outside_load(body, A, points).min(axis=2)
+        deep |= {(part, "load"): in_load[:, of] for part, of in _members(shapes) if part != "trunk"}
     found = []
-    for parts, first, second in _pairs(shapes):
-        gap = _apart(start[:, first], along[:, first], start[:, second], along[:, second])
-        deep = (shapes.radius[first] + shapes.radius[second] - gap).max(axis=1)
-        k = int(np.argmax(deep))
-        if deep[k] > _DEEP:
-            found.append(Overlap(parts, float(deep[k]), float(now.t[some[k]])))
+    for parts, depths in deep.items():
+        k = int(np.argmax(depths.max(axis=1)))
+        if depths[k].max() > _DEEP:
+            found.append(Overlap(parts, float(depths[k].max()), float(now.t[some[k]])))
     return sorted(found, key=lambda one: -one.depth)
 
 
@@ -130,21 +144,37 @@ def _part(segment: str) -> str:
 
 def _pairs(shapes: Shapes) -> Iterator[tuple[tuple[str, str], IntArray, IntArray]]:
     """Yield two parts that are not joined, and the shapes of one with those of the other."""
-    parts = sorted(set(shapes.part), key=lambda part: (_ORDER.index(part.split()[-1]), part))
-    members = {part: np.flatnonzero(np.array(shapes.part) == part) for part in parts}
-    for one, other in combinations(members, 2):
+    for (one, first), (other, second) in combinations(_members(shapes), 2):
         if (one, other) not in _NEIGHBOURS and (other, one) not in _NEIGHBOURS:
-            first, second = np.meshgrid(members[one], members[other])
-            yield (one, other), first.ravel(), second.ravel()
+            pairs = np.meshgrid(first, second)
+            yield (one, other), pairs[0].ravel(), pairs[1].ravel()
 
 
-def _placed(body: Body, shapes: Shapes, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _members(shapes: Shapes) -> list[tuple[str, IntArray]]:
+    """Return every part with its shapes, small parts first."""
+    parts = sorted(set(shapes.part), key=lambda part: (_ORDER.index(part.split()[-1]), part))
+    return [(part, np.flatnonzero(np.array(shapes.part) == part)) for part in parts]
+
+
+def _placed(A: FloatArray, shapes: Shapes) -> tuple[FloatArray, FloatArray]:
     """Return start and way along the axis (K, n, 3) of the shapes in the world."""
-    _, A = frames(body.table, q)
     place = A[:, shapes.link]
     turn, origin = place[..., :3, :3], place[..., :3, 3]
     start, along = (np.einsum("knij,nj->kni", turn, x) for x in (shapes.start, shapes.along))
     return origin + start, along
+
+
+def _outside_load(body: Body, A: FloatArray, points: FloatArray) -> FloatArray:
+    """Return how far points (K, ..., 3) of the world are outside of the load's box, [m]."""
+    thorax = SEGMENTS["thorax"]
+    place = anatomical_to_link(body.table)[thorax].copy()
+    place[:3, 3] = body.load_com
+    pose = A[:, thorax] @ place
+    offset = points - pose[:, None, None, :3, 3]
+    beyond = np.abs(np.einsum("kji,knuj->knui", pose[:, :3, :3], offset))
+    beyond -= np.array(body.load.size) / 2.0
+    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=-1)
+    return np.asarray(outside + np.minimum(beyond.max(axis=-1), 0.0))
 
 
 def _apart(p: FloatArray, u: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
