@@ -717,6 +717,8 @@ def test_all_can_be_reached_with_the_tab_key_and_arrows_turn_the_picture(page):
         assert outline == "solid", name
         reached.append(name)
         if name == "meshcat-pane":
+            ring = "return getComputedStyle(document.activeElement, '::after').borderTopWidth"
+            assert page.script(ring) == "3px"  # an outline would be behind the canvas
             before = page.script(CAMERA)
             page.press(Keys.ARROW_LEFT)
             assert page.script(CAMERA) != before
