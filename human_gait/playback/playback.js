@@ -175,9 +175,18 @@ function panes() {
   const { clientWidth: width, clientHeight: height } = element("meshcat-pane");
   const whole = { x: 0, y: 0, width, height };
   if (walkers.length === 1 || state.overlay) return [{ ...whole, walkers }];
-  return walkers.map((walker, k) => width >= height
-    ? { x: k * width / 2, y: 0, width: width / 2, height, walkers: [walker] }
-    : { x: 0, y: (1 - k) * height / 2, width, height: height / 2, walkers: [walker] });
+  const [columns, rows] = grid(width >= height);
+  return walkers.map((walker, k) => ({
+    x: k % columns * width / columns, y: (rows - 1 - Math.floor(k / columns)) * height / rows,
+    width: width / columns, height: height / rows, walkers: [walker],
+  }));
+}
+
+// How many walkers stand beside and how many above each other.
+function grid(broad) {
+  const most = walkers.length > 3 ? Math.ceil(walkers.length / 2) : walkers.length;
+  const other = Math.ceil(walkers.length / most);
+  return broad ? [most, other] : [other, most];
 }
 
 viewer.render = () => draw(inMotion() ? quality.level : 0);
@@ -205,6 +214,9 @@ viewer.set_3d_pane_size = () => {
   const stage = element("stage").classList;
   stage.toggle("across", clientWidth >= clientHeight);
   stage.toggle("down", clientWidth < clientHeight);
+  const [columns, rows] = grid(clientWidth >= clientHeight);
+  element("stage").style.setProperty("--columns", columns);
+  element("stage").style.setProperty("--rows", rows);
   if (state.view) fitView();
   viewer.set_dirty();
 };
@@ -214,8 +226,10 @@ function fitView() {
   const { camera, controls } = viewer;
   const half = Math.tan(THREE.MathUtils.degToRad(camera.fov / 2));
   const pane = panes()[0];
-  const distance = Math.max(height, width * pane.height / pane.width) / (2 * half);
-  camera.position.set(...from).setLength(distance * data.stature / 1.75);
+  const scale = data.height / 1.75;
+  const widest = Math.max(width * scale, 1.15 * data.broad[state.view]);
+  const distance = Math.max(height * scale, widest * pane.height / pane.width) / (2 * half);
+  camera.position.set(...from).setLength(distance);
   controls.target.set(0, 0, 0);
   controls.update();
   viewer.set_dirty();

@@ -208,10 +208,11 @@ class Objective(Section):
 
 @section
 class Posture(Section):
-    """How far the upper body may depart from upright, with hanging arms.
+    """How far the upper body may depart from upright, with hanging arms, and the swinging knee.
 
     Eq. 18 alone swings pelvis and spine much further than people do (they: 2 to 5 deg), and the
-    arms like a runner's: a light limb costs next to nothing.
+    arms like a runner's: a light limb costs next to nothing. A knee that cannot bend by 60 deg, in
+    an orthosis or a cast, has no walk unless ``swing_knee`` is ``free``.
     """
 
     pelvis_deg: float = number(
@@ -245,4 +246,11 @@ class Posture(Section):
         180.0,
         default=20.0,
         source="assumed, each arm joint",
+    )
+    swing_knee: str = choice(
+        "bent: the swinging knee bends by 60 deg at mid-swing; free: as far as it likes",
+        "bent",
+        "free",
+        default="bent",
+        source="bent: Eq. 25",
     )

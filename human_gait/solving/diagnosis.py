@@ -7,13 +7,12 @@ outside of what people do.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from human_gait.body.limits import joint_limits
-from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, GRAVITY, in_words, index
+from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, GRAVITY, in_words
 from human_gait.checks.check import Check, Kind
+from human_gait.problem.impossible import Suggestion, impossible
 from human_gait.problem.program import GaitProgram
 from human_gait.problem.violation import Violation
 from human_gait.scenario import STEP_HALF_ANGLE_DEG, Scenario
@@ -31,27 +30,6 @@ BMI = (15.0, 45.0)  # [kg/m^2]
 HEAVY_LOAD = 0.5  # [of body mass]
 
 _PART = 0.3  # of the largest partial of a row: what can move it
-
-
-@dataclass(frozen=True)
-class Suggestion:
-    """Something to try.
-
-    Attributes
-    ----------
-    key : str
-        Setting of the scenario, or option of the command line.
-    change, because : str
-        What to do with it, and the numbers of this solve that say so.
-    """
-
-    key: str
-    change: str
-    because: str
-
-    def __str__(self) -> str:
-        """Return ``key: change (because)``."""
-        return f"{self.key}: {self.change} ({self.because})"
 
 
 def amount(value: float, unit: str) -> str:
@@ -83,7 +61,7 @@ def violation_text(violation: Violation, step_time: float) -> str:
 def check_text(check: Check, step_time: float) -> str:
     """Return what a check found, what it allows and when, in one line."""
     found, allowed = amount(check.value, check.unit), amount(check.limit, check.unit)
-    return f"{check.name}: {found} {_when(check.time, step_time)}, allowed {allowed}"
+    return f"{check.told}: {found} {_when(check.time, step_time)}, allowed {allowed}"
 
 
 def _when(time: float, step_time: float) -> str:
@@ -117,9 +95,10 @@ def suggestions(program: GaitProgram, solution: Solution, checks: list[Check]) -
         return [Suggestion("predict", "let it run to its end", "the solve was interrupted")]
     scenario, broken = program.scenario, not_kept(program.scenario, solution.violations)
     failed = [check for check in checks if not check.passed]
-    found = [*_knee(scenario), *_pace(scenario), *_reach(scenario), *_body(scenario)]
+    known = impossible(scenario, program.functions.walker, program.basis)
+    found = [*known, *_pace(scenario), *_reach(scenario), *_body(scenario)]
     if broken:
-        found += _held(program, solution, broken[0]) if not any(_knee(scenario)) else []
+        found += _held(program, solution, broken[0]) if not known else []
         found += _resolution(program, broken[0])
     found += [*_periodicity(scenario, failed), *_passing(scenario, failed)]
     found += _between(program, solution, failed)
@@ -127,22 +106,6 @@ def suggestions(program: GaitProgram, solution: Solution, checks: list[Check]) -
     if broken and not found:
         found += _relaxed(broken[0], scenario)
     return [*found, *_solver(solution, broken, bool(found))]
-
-
-def _knee(scenario: Scenario) -> Iterator[Suggestion]:
-    """Find limits that exclude the knee of 60 deg of Eq. (25)."""
-    lower, upper = (limit[index("knee_flexion_r")] for limit in joint_limits(scenario))
-    low, high = np.rad2deg(lower), np.rad2deg(upper)
-    tolerance = scenario.tolerances.knee_flexion_deg
-    if low <= 60.0 + tolerance and high >= 60.0 - tolerance:
-        return
-    because = f"mid-swing needs 60 +- {tolerance:g} deg, Eq. (25); the knee has {low:g} to {high:g}"
-    frozen = [name for name in scenario.limits.frozen if name.startswith("knee_flexion")]
-    if frozen:
-        yield Suggestion("limits.frozen", f"leave out {', '.join(frozen)}", because)
-    for limited in scenario.limits.ranges:
-        if limited.name.startswith("knee_flexion"):
-            yield Suggestion(f"limits.{limited.name}", "a range with 60 deg in it", because)
 
 
 def _pace(scenario: Scenario) -> Iterator[Suggestion]:
