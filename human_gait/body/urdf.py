@@ -158,7 +158,9 @@ def _add_capsule(
         "cylinder", radius=numbers([radius]), length=numbers([np.sqrt(along @ along)])
     )
     shapes = [((ends[0] + ends[1]) / 2, rpy, cylinder)]
-    shapes += [(end, (0.0, 0.0, 0.0), ET.Element("sphere", radius=numbers([radius]))) for end in ends]
+    shapes += [
+        (end, (0.0, 0.0, 0.0), ET.Element("sphere", radius=numbers([radius]))) for end in ends
+    ]
     for centre, turn, shape in shapes:
         visual = ET.SubElement(link, "visual")
         ET.SubElement(visual, "origin", xyz=numbers(centre), rpy=numbers(turn))

@@ -99,7 +99,7 @@ def report(
     given = [results] if isinstance(results, Gait | str | Path) else list(results)
     target = _page_of(given) if out is None else Path(out)
     with _folders(given) as folders:
-        page = report_page(folders, target)
+        page = report_page(folders)
     with whole_file(target) as path:
         path.write_text(page, encoding="utf-8")
     return target
