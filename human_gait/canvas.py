@@ -86,10 +86,10 @@ class Picture(Figure):
         with plain(self._style):
             super().savefig(fname, **({"dpi": self._dots} | options))
 
-    def png(self) -> bytes:
-        """Return it as the content of a PNG file."""
+    def png(self, about: Mapping[str, str] | None = None) -> bytes:
+        """Return it as the content of a PNG file, which tells its source and what else is given."""
         content = BytesIO()
-        self.savefig(content, format="png", metadata={"Source": SOURCE})
+        self.savefig(content, format="png", metadata={"Source": SOURCE, **(about or {})})
         return content.getvalue()
 
     def _repr_png_(self) -> bytes:

@@ -9,6 +9,7 @@ Solvers, plots and viewers are imported by the command that needs them: ``--help
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -16,6 +17,7 @@ from typing import Annotated, Any
 
 import typer
 
+from human_gait import command
 from human_gait.arguments import (
     DynamicsName,
     Engine,
@@ -25,18 +27,25 @@ from human_gait.arguments import (
     SolverChoice,
     SolverName,
     TimeLimit,
+    beside,
     check_result,
     check_writable,
     format_named,
+    no_empty,
+    seed_number,
+    whole_number,
 )
-from human_gait.command import main
 from human_gait.exceptions import GaitError, ScenarioError
 from human_gait.exits import NO_SOLUTION, exit_code
+from human_gait.faults import BAD_INPUT
 from human_gait.results.folder import whole_file
-from human_gait.results.names import COMPARISON, EXPORT, GAIT_CYCLE, PLAYBACK
-from human_gait.scenario import Subject, load_scenario, scenario_file
+from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK, ROBOT
+from human_gait.results.ours import check_free
+from human_gait.scenario import load_scenario, scenario_file
 from human_gait.stopping import JOB_SIGNALS, TIME_LIMIT, running
 from human_gait.terminal import careful, screen
+
+__all__ = ["BAD_INPUT", "NO_SOLUTION", "app", "main", "run"]
 
 app = typer.Typer(
     help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
@@ -103,7 +112,7 @@ def predict(
     seed: Annotated[
         int,
         typer.Option(
-            min=0,
+            parser=seed_number,
             metavar="N",
             help="Which random starts to try where the usual ones fail; no matter with all.",
         ),
@@ -127,7 +136,7 @@ def predict(
             )
         check_result(warm_from)
     folder = out or Path("out") / task.name
-    check_writable(folder)
+    check_writable(folder, by_all=solver is SolverChoice.ALL)
     try:
         if solver is SolverChoice.ALL:
             from human_gait.prediction import predict_by_all_solvers
@@ -149,7 +158,12 @@ def predict(
 def refine(
     folder: ResultFolder,
     control_points: Annotated[
-        int | None, typer.Option(metavar="N", help="Control points per DOF, else two more.")
+        int | None,
+        typer.Option(
+            parser=whole_number,
+            metavar="N",
+            help="Control points per DOF, else two more.",
+        ),
     ] = None,
     solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.NEWTON,
     dynamics: Engine = DynamicsName.PINOCCHIO,
@@ -160,7 +174,7 @@ def refine(
 ) -> None:
     """Insert knots into a result, which leaves the motion as it is, and solve again from there."""
     check_result(folder)
-    target = out or folder.with_name(f"{folder.name}-refined")
+    target = out or beside(folder, "-refined")
     check_writable(target)
     from human_gait.prediction import refine_to_folder
     from human_gait.walk.gait_file import load_gait
@@ -280,7 +294,7 @@ def plot(folder: ResultFolder) -> None:
     from human_gait.walk.gait_file import load_gait
 
     n_plots = draw(load_gait(folder), folder)
-    typer.echo(f"wrote {n_plots} plots, {PLAYBACK} and {GAIT_CYCLE} to {folder}")
+    typer.echo(f"wrote {n_plots} plots and {PLAYBACK} to {folder}")
 
 
 @app.command()
@@ -346,7 +360,9 @@ def export(
     rate: Annotated[
         int | None,
         typer.Option(
-            metavar="HZ", help="Samples per second, else 100, and 1000 in OpenSim's tables."
+            parser=whole_number,
+            metavar="HZ",
+            help="Samples per second, else 100, and 1000 in OpenSim's tables.",
         ),
     ] = None,
     out: Annotated[
@@ -356,6 +372,7 @@ def export(
     """Write one stride of a result for OpenSim, motion capture, animation and robot programs."""
     check_result(folder)
     from human_gait.export.formats import FORMATS, RATES, export_gait
+    from human_gait.walk.described import no_walk
     from human_gait.walk.gait_file import load_gait
 
     if rate is not None and not RATES[0] <= rate <= RATES[1]:
@@ -363,28 +380,32 @@ def export(
 
     target = out or folder / EXPORT
     names = [name.value for name in formats] if formats else list(FORMATS)
-    files = export_gait(load_gait(folder), target, names, rate)
+    gait = load_gait(folder)
+    files = export_gait(gait, target, names, rate)
+    if failed := no_walk(gait):
+        typer.echo(f"note: {failed}", err=True)
     typer.echo(f"wrote {len(files)} files to {target}")
 
 
 @app.command()
 def urdf(
-    out: Annotated[Path, typer.Option(metavar="FILE", help="File to write.")] = Path(
-        "urdf/human.urdf"
-    ),
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="File to write, else urdf/human.urdf.")
+    ] = None,
     scenario: Annotated[
         Path | None, typer.Option(metavar="SCENARIO", help="Whose body; else the median male.")
     ] = None,
 ) -> None:
-    """Write the body as a URDF file."""
-    from human_gait.body.person import make_body
-    from human_gait.scenario import Load
+    """Write the body, with the limits of the scenario, as a URDF file for other programs."""
+    from human_gait.export.robot import scenario_robot
 
-    task = load_scenario(scenario) if scenario else None
-    body = make_body(task.subject, task.load) if task else make_body(Subject.default(), Load())
-    with whole_file(out) as path:
-        path.write_text(body.urdf, encoding="utf-8")
-    typer.echo(f"wrote {out}")
+    target = out or Path("urdf") / ROBOT
+    if out is None:
+        check_free(target.parent, [target.name])
+    text = scenario_robot(load_scenario(scenario) if scenario else None)
+    with whole_file(target) as path:
+        path.write_text(text, encoding="utf-8")
+    typer.echo(f"wrote {target}")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -400,16 +421,24 @@ def run(arguments: Sequence[str]) -> int:
     int
         Exit code, as above.
     """
-    command = typer.main.get_command(app)
+    whole = typer.main.get_command(app)
     words = list(arguments) or ["--help"]
 
     def invoked() -> None:
-        with command.make_context("human-gait", words) as context:
-            command.invoke(context)
+        no_empty(words)
+        with whole.make_context("human-gait", words) as context:
+            whole.invoke(context)
 
     with careful(), running(signals=JOB_SIGNALS):
         return exit_code(invoked)
 
 
+def main() -> None:
+    """Run the command line of this process; handlers of signals are then put back."""
+    with running(signals=JOB_SIGNALS):
+        code = command.ended()
+    sys.exit(code)
+
+
 if __name__ == "__main__":
-    main()
+    command.main()

@@ -10,14 +10,10 @@ from human_gait.stopping import JOB_SIGNALS, heed_for_good
 
 
 def main() -> None:
-    """Run the command line of this process.
-
-    Linear algebra gets one thread unless told otherwise: the matrices are small, and sums in
-    another order would lead the solvers along another path.
-    """
+    """Run the command line of this process, which ends with it."""
     heed_for_good(JOB_SIGNALS)
     try:
-        code = _code()
+        code = ended()
     except KeyboardInterrupt:
         code = _interrupted()
     for number in JOB_SIGNALS:  # all is done
@@ -25,7 +21,12 @@ def main() -> None:
     sys.exit(code)
 
 
-def _code() -> int:
+def ended() -> int:
+    """Run the command line and return its exit code.
+
+    Linear algebra gets one thread unless told otherwise: the matrices are small, and sums in
+    another order would lead the solvers along another path.
+    """
     from human_gait.results.streams import Outlet, outlet  # noqa: PLC0415, signals come first
     from human_gait.surroundings import process_is_ours  # noqa: PLC0415
     from human_gait.terminal import complain  # noqa: PLC0415

@@ -114,4 +114,6 @@ def shown(value: object) -> str:
         text = repr(value) if isinstance(value, float) else json.dumps(value, default=str)
     except ValueError:  # an integer of more digits than Python agrees to print
         text = "a number of thousands of digits"
+    except RecursionError:
+        text = "lists within lists without end"
     return text if len(text) <= SHOWN_CHARACTERS else text[: SHOWN_CHARACTERS - 3] + "..."

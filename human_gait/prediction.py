@@ -22,15 +22,18 @@ from human_gait.late import late
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.problem.refinement import refined_program
 from human_gait.reporting.agreement import agreement_to_folder
-from human_gait.results.folder import replaced_folder, whole_file
+from human_gait.results.folder import whole_file
 from human_gait.results.names import (
     EXPLANATION,
     GAIT_CYCLE,
     PLAYBACK,
+    PLOTS,
     SUMMARY,
     VERIFICATION,
     result_files,
 )
+from human_gait.results.ours import check_free, our_folder
+from human_gait.results.reading import AGAIN
 from human_gait.scenario import Scenario
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import posture
@@ -129,7 +132,7 @@ def predict_by_all_solvers(
         program = build_program(scenario, dynamics=dynamics)
         with console.progress() as tell, running(time_limit):
             start = posture(program, tell(OWN_GUESS))
-        with replaced_folder(folder, OURS) as new:
+        with our_folder(folder, OURS) as new:
             for name in SOLVERS:
                 given = Start(GIVEN, start)
                 with running(time_limit):
@@ -199,6 +202,7 @@ def verify_folder(folder: Path) -> bool:
     console.show_checks(record, checks)
     found = json.dumps(checks_content(checks), indent=2)
     try:
+        check_free(folder, [VERIFICATION])
         with whole_file(folder / VERIFICATION) as path:
             path.write_text(found + "\n", encoding="utf-8")
     except ResultError as error:
@@ -208,15 +212,15 @@ def verify_folder(folder: Path) -> bool:
 
 def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> tuple[Attempt, Gait]:
     """Write what was solved; return the attempt with the checks of the file, and its gait."""
-    with replaced_folder(folder, OURS) as new:
+    with our_folder(folder, OURS) as new:
         kept, gait = save_verified(kept, seed, new)
         save_multipliers(gait.multipliers, new)
         run = under_way()
         ended = {"time_limit_s": run.limit, "ended_by": run.over or None}
         _save_json(summary_content(kept, attempts, seed) | ended, new / SUMMARY)
-        with _not_needed(EXPLANATION, "predict it again"):
+        with _not_needed(new / EXPLANATION, AGAIN):
             _save_json(explanation_content(kept.program, kept.solution), new / EXPLANATION)
-        with _not_needed(GAIT_CYCLE, f"human-gait plot {folder} makes it"):
+        with _not_needed(new / GAIT_CYCLE, AGAIN):
             save_gait_cycle(gait, new / GAIT_CYCLE)
     return kept, gait
 
@@ -226,11 +230,12 @@ def _save_json(content: dict[str, Any], path: Path) -> None:
 
 
 def draw(gait: Gait, folder: Path) -> int:
-    """Write what is drawn of a gait into its folder, and its cycle; return how many plots."""
-    for _, make in _drawn(gait, folder):
-        make()
-    with whole_file(folder / GAIT_CYCLE) as path:
-        save_gait_cycle(gait, path)
+    """Write what is drawn of a gait into its folder, all or none. Count plots."""
+    save_plots, save_playback = _drawing()
+    check_free(folder, (*PLOTS, PLAYBACK))
+    with our_folder(folder, solved=False) as new:
+        save_plots(gait, new)
+        save_playback(gait, new / PLAYBACK)
     return len(late("pictures.plots", "PLOTS"))
 
 
@@ -269,9 +274,15 @@ def _draw(gait: Gait, folder: Path, told: Path, hurry: bool) -> None:
 
 
 @contextmanager
-def _not_needed(what: str, later: str) -> Iterator[None]:
-    """Make a warning of whatever goes wrong: the walk is more than what is made of it."""
+def _not_needed(what: str | Path, later: str) -> Iterator[None]:
+    """Make a warning of whatever goes wrong: the walk is more than what is made of it.
+
+    `what` is a file that would then be half written, or what else is not there.
+    """
     try:
         yield
     except Exception as error:  # noqa: BLE001, of whatever kind
+        if isinstance(what, Path):
+            what.unlink(missing_ok=True)
+            what = what.name
         console.warn(f"no {what}: {told_of(error)}: {later}")

@@ -29,9 +29,13 @@ def printable(text: str) -> str:
 
 
 def one_line(message: object) -> str:
-    """Return a message as one printable line of a readable length."""
+    """Return a message as one printable line of a readable length.
+
+    A long one, such as of a long path, keeps its end, which has the reason.
+    """
     line = printable(" ".join(str(message).split()))
-    return line if len(line) <= LONGEST_MESSAGE else line[: LONGEST_MESSAGE - 3] + "..."
+    half = (LONGEST_MESSAGE - 3) // 2
+    return line if len(line) <= LONGEST_MESSAGE else f"{line[:half]}...{line[-half:]}"
 
 
 def complain(message: object, code: int) -> int:

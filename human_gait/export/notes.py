@@ -45,6 +45,10 @@ class Note:
         """Return ``name=value`` for each entry, ASCII, the scenario as JSON."""
         return [f"{name}={_on_one_line(what)}" for name, what in self.entries().items()]
 
+    def short(self) -> list[str]:
+        """Return the lines without the scenario."""
+        return [line for line in self.lines() if not line.startswith("scenario=")]
+
     def xml(self, more: Iterable[str] = ()) -> str:
         """Return the text of a comment of XML, in which no two hyphens may meet."""
         lines = "\n".join([*self.lines(), *more])

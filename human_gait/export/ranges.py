@@ -32,8 +32,8 @@ class JointRanges(Value):
     velocity : (55,) array, [rad/s], [m/s]
     held : (55,) bool array
         What is held in its place.
-    words : tuple of str
-        What a reader has to know of them.
+    of_position, of_drive : tuple of str
+        What a reader has to know of the limits of position, and of those of effort and velocity.
     """
 
     lower: FloatArray
@@ -41,7 +41,8 @@ class JointRanges(Value):
     effort: FloatArray
     velocity: FloatArray
     held: BoolArray
-    words: tuple[str, ...]
+    of_position: tuple[str, ...]
+    of_drive: tuple[str, ...]
 
 
 def joint_ranges(
@@ -62,15 +63,15 @@ def joint_ranges(
     effort, velocity = np.where(driven, strength, 0.0), np.full(len(DOF_NAMES), _VELOCITY)
     held = lower == upper
     lower, upper = np.where(held, [lower - _NARROWEST, upper + _NARROWEST], [lower, upper])
-    words = [_UNDRIVEN, _NO_VELOCITY, *_held(held)]
+    of_position, of_drive = _held(held), [_UNDRIVEN, _NO_VELOCITY]
     if motion is not None:
-        words += _beyond(motion.q, lower, upper)
+        of_position += _beyond(motion.q, lower, upper)
         lower, upper = _rounded_out(motion.q, lower, upper)
         peak = np.where(driven, np.abs(motion.tau).max(axis=0), 0.0)
-        words += _stronger(peak, effort)
+        of_drive += _stronger(peak, effort)
         effort = np.where(peak > effort, np.ceil(peak * 10.0) / 10.0, effort)
         velocity = np.maximum(velocity, np.ceil(np.abs(motion.v).max(axis=0)))
-    return JointRanges(lower, upper, effort, velocity, held, tuple(words))
+    return JointRanges(lower, upper, effort, velocity, held, tuple(of_position), tuple(of_drive))
 
 
 _UNDRIVEN = (

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-from human_gait.body.person import Body
+from human_gait.body.person import Body, make_body
 from human_gait.body.urdf import JOINT_NAMES, numbers
 from human_gait.export.notes import Note
-from human_gait.export.ranges import JointRanges
+from human_gait.export.ranges import JointRanges, joint_ranges
 from human_gait.export.robot_links import BEAD_MASS, complete_links
-from human_gait.scenario import Ground
+from human_gait.scenario import Ground, Scenario, Subject
 
 _WORDS = (
     "axes: x left, y up, z forward; gravity is no part of URDF: (0, -9.81, 0) m/s^2 here",
@@ -40,7 +40,9 @@ def robot_text(
     """
     robot = ET.fromstring(body.urdf)
     robot.set("xmlns:drake", "http://drake.mit.edu")
-    robot.insert(0, ET.Comment((note or Note()).xml([*_WORDS, *ranges.words])))
+    robot.insert(
+        0, ET.Comment((note or Note()).xml([*_WORDS, *ranges.of_position, *ranges.of_drive]))
+    )
     _remove_marks(robot)
     complete_links(robot, body, friction)
     joints = {str(joint.get("name")): joint for joint in robot.iter("joint")}
@@ -49,6 +51,22 @@ def robot_text(
             limit.attrib.update(_limits(ranges, i))
     ET.indent(robot)
     return ET.tostring(robot, encoding="unicode") + "\n"
+
+
+def scenario_robot(scenario: Scenario | None = None) -> str:
+    """Return the URDF of a scenario's body, with its limits; else of the median man's.
+
+    Raises
+    ------
+    ScenarioError
+        If the limits name what is no joint, or leave none a range.
+    """
+    if scenario is None:
+        subject = Subject.default()
+        return robot_text(make_body(subject), joint_ranges(subject))
+    body = make_body(scenario.subject, scenario.load)
+    ranges = joint_ranges(scenario.subject, scenario)
+    return robot_text(body, ranges, scenario.ground.friction, Note(scenario))
 
 
 def _limits(ranges: JointRanges, i: int) -> dict[str, str]:

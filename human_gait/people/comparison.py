@@ -18,14 +18,15 @@ from human_gait.people.comparison_table import comparison_table
 from human_gait.people.pictures import compare_figure
 from human_gait.people.reference import Cycle, Reference, Score, references_near, scores
 from human_gait.people.spatiotemporal import StepScore, step_scores
-from human_gait.results.folder import replaced_folder
 from human_gait.results.names import (
+    COMPARISON,
     COMPARISON_CSV,
     COMPARISON_JSON,
     COMPARISON_PNG,
     GAIT_CYCLE,
     SUMMARY,
 )
+from human_gait.results.ours import check_free, our_folder
 from human_gait.results.reading import read_json
 from human_gait.terminal import screen
 from human_gait.values import Value
@@ -154,9 +155,10 @@ def _positive(path: Path, summary: object, key: str) -> float:
 def save_comparison(comparison: Comparison, folder: str | Path) -> None:
     """Write ``compare.json``, ``compare.csv`` and ``compare.png`` into a folder, all or none."""
     folder = Path(folder)
+    check_free(folder, COMPARISON)
     figure = compare_figure(comparison.cycle, comparison.references)
     text = json.dumps(_plain(comparison), indent=2, allow_nan=False)
-    with replaced_folder(folder, solved=False) as new:
+    with our_folder(folder, solved=False) as new:
         (new / COMPARISON_JSON).write_text(text + "\n", encoding="utf-8")
         (new / COMPARISON_CSV).write_text(_csv(comparison), encoding="utf-8")
         (new / COMPARISON_PNG).write_bytes(figure.png())

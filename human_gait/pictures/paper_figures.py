@@ -8,7 +8,7 @@ from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
-from human_gait.canvas import Axes, Picture, plain
+from human_gait.canvas import SOURCE, Axes, Picture, plain
 from human_gait.exceptions import ResultError
 from human_gait.people.pictures import draw_column
 from human_gait.people.reference import references, scores
@@ -21,8 +21,8 @@ from human_gait.pictures.backpacks import (
 from human_gait.pictures.plots import joint_torques
 from human_gait.pictures.sticks import stick_diagram
 from human_gait.pictures.style import STYLE, new_figure
-from human_gait.results.folder import replaced_folder
 from human_gait.results.names import GAIT_FILE, SUMMARY
+from human_gait.results.ours import our_folder
 from human_gait.scenario import Load, Scenario
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import gait_cycle
@@ -63,9 +63,9 @@ def save_figures(results: str | Path, folder: str | Path) -> list[Path]:
     for name, (draw, needed) in FIGURES.items():
         with plain(_SVG):
             figure, svg = draw(*(gaits[result] for result in needed)), BytesIO()
-            figure.savefig(svg, format="svg", metadata={"Date": None})
+            figure.savefig(svg, format="svg", metadata={"Date": None, "Source": SOURCE})
         drawn |= {f"{name}.png": figure.png(), f"{name}.svg": svg.getvalue()}
-    with replaced_folder(target, solved=False) as new:
+    with our_folder(target, solved=False) as new:
         for name, content in drawn.items():
             (new / name).write_bytes(content)
     return [target / name for name in drawn]

@@ -32,7 +32,7 @@ from human_gait.pictures.style import (
     second_scale,
     widen,
 )
-from human_gait.results.folder import replaced_folder
+from human_gait.results.ours import our_folder
 from human_gait.walk.gait_cycle import gait_cycle
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ _FORCES = {
 
 def save_plots(gait: Gait, folder: str | Path) -> None:
     """Write all pictures of a walk into a folder, as PNG: all of them or none."""
-    with replaced_folder(Path(folder), solved=False) as new:
+    with our_folder(Path(folder), solved=False) as new:
         for name, draw in PLOTS.items():
             (new / f"{name}.png").write_bytes(draw(gait).png())
 

@@ -24,6 +24,7 @@ from human_gait.playback.picture import VIEWS, Walker, downscaled, stage_for
 from human_gait.playback.still import strobe
 from human_gait.results.folder import whole_file
 from human_gait.results.names import FILM
+from human_gait.results.ours import check_free
 from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait_file import folder_of, load_gait
 
@@ -86,6 +87,8 @@ def film(
     target = _target(gait, path)
     suffix = target.suffix.lower()
     _check(target, view, size)
+    if path is None:
+        check_free(target.parent, [target.name])
     encode = encoder(target) if suffix == ".mp4" else ""
     given = [gait] if second is None else [gait, second]
     gaits = [load_gait(one) if isinstance(one, str | Path) else one for one in given]
@@ -132,7 +135,7 @@ def _check(target: Path, view: str, size: tuple[int, int] | None) -> None:
 
 def _said_of(gaits: Sequence[Gait]) -> str:
     """Return what a file says of its walks, in one line."""
-    walks = [f"{one.scenario.name} (gait {gait_digest(one)})" for one in gaits]
+    walks = [f"{one.scenario.name} (gait={gait_digest(one)})" for one in gaits]
     return " ".join([f"human-gait: {' and '.join(walks)}.", *filter(None, map(no_walk, gaits))])
 
 

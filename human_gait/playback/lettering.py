@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
-from matplotlib import get_data_path
 from PIL import Image, ImageDraw, ImageFont
 
 _INK, _PAPER = (32, 38, 45), (255, 255, 255)
@@ -15,8 +15,10 @@ _WARNING = (179, 38, 30)
 
 @cache
 def _font(size: int) -> ImageFont.FreeTypeFont:
-    """Return the font that matplotlib brings along: the same everywhere."""
-    return ImageFont.truetype(Path(get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf", size)
+    """Return the font that matplotlib brings along, which is not imported for that."""
+    package = find_spec("matplotlib")
+    place = Path(package.origin if package and package.origin else "").parent
+    return ImageFont.truetype(place / "mpl-data" / "fonts" / "ttf" / "DejaVuSans.ttf", size)
 
 
 def labelled(picture: Image.Image, names: Sequence[str], at_top: bool = True) -> Image.Image:

@@ -14,6 +14,7 @@ from human_gait.reporting.results import Bound, read_bounds
 from human_gait.results.explanation import explained
 from human_gait.results.folder import whole_file
 from human_gait.results.names import REPORT
+from human_gait.results.ours import check_free
 from human_gait.terminal import screen
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import folder_of
@@ -100,6 +101,8 @@ def report(
     target = _page_of(given) if out is None else Path(out)
     with _folders(given) as folders:
         page = report_page(folders)
+    if out is None:
+        check_free(target.parent, [target.name])
     with whole_file(target) as path:
         path.write_text(page, encoding="utf-8")
     return target

@@ -26,6 +26,7 @@ from human_gait.reporting.figures import RESULTS
 from human_gait.reporting.results import Result, read_results
 from human_gait.results.folder import whole_file
 from human_gait.results.names import REPORT
+from human_gait.results.ours import check_free
 from human_gait.walk.described import no_walk
 
 _STARTS = {  # what the command cannot say
@@ -67,6 +68,8 @@ def report_to_file(folders: Sequence[Path], out: Path | None = None) -> Path:
     """
     target = out or (folders[0] if len(folders) == 1 else Path("out")) / REPORT
     page = report_page(folders)
+    if out is None:
+        check_free(target.parent, [target.name])
     with whole_file(target) as path:
         path.write_text(page, encoding="utf-8")
     return target

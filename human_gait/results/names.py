@@ -26,6 +26,9 @@ PLOTS = (
     *("stick_diagram.png", "joint_torques.png", "joint_angles.png"),
     *("ground_reaction.png", "zmp.png"),
 )
+PREDICTED = (GAIT_FILE, GAIT_CYCLE, SUMMARY, EXPLANATION, MULTIPLIERS, PLAYBACK, *PLOTS)
+"""What a prediction writes into its folder."""
+
 AGREEMENT = "agreement.json"
 """How far the results of several solvers differ; beside their folders."""
 
@@ -43,10 +46,14 @@ ANGLES_TABLE, TORQUES_TABLE = "joint_angles.csv", "joint_torques.csv"
 FORCES_TABLE = "ground_reaction.csv"
 ROBOT = "human.urdf"
 TRAJECTORY_CSV, TRAJECTORY_JSON = "joint_trajectory.csv", "joint_trajectory.json"
+TRAJECTORY_CONTROLLER = "joint_trajectory_controller.yaml"
+MADE_FROM = "made_from.json"
+"""What the exports were made from."""
+
 EXPORTED = (
     *(OPENSIM_MODEL, OPENSIM_COORDINATES, OPENSIM_FORCES, OPENSIM_LOADS, OPENSIM_TORQUES),
     *(MARKERS_TRC, MARKERS_C3D, ANIMATION, ANGLES_TABLE, TORQUES_TABLE, FORCES_TABLE),
-    *(ROBOT, TRAJECTORY_CSV, TRAJECTORY_JSON),
+    *(ROBOT, TRAJECTORY_CSV, TRAJECTORY_JSON, TRAJECTORY_CONTROLLER, MADE_FROM),
 )
 """All files in the folder of the exports."""
 

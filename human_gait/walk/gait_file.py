@@ -103,14 +103,13 @@ def carried_mass(body: Body) -> FloatArray:
 
 def save_gait(gait: Gait, folder: Path) -> None:
     """Write a gait, and its samples for readers without this package, to ``gait.npz``."""
-    members: dict[str, Any] = _members(make_record(gait))
-    digests = {name: digest(member) for name, member in members.items()}
+    members: dict[str, Any] = sealed(members_of(make_record(gait)))
     with (folder / GAIT_FILE).open("wb") as file:
-        np.savez_compressed(file, **members, digests=json.dumps(digests))
+        np.savez_compressed(file, **members)
 
 
-def _members(record: Record) -> dict[str, npt.NDArray[Any]]:
-    """Return everything that the file holds but the digests, by name."""
+def members_of(record: Record) -> dict[str, npt.NDArray[Any]]:
+    """Return everything that the file of a record holds but the digests, by name."""
     gait = record.gait
     return {
         "format": np.array(FORMAT),
@@ -125,6 +124,12 @@ def _members(record: Record) -> dict[str, npt.NDArray[Any]]:
         "footholds": record.footholds,
         **{item.name: getattr(record.samples, item.name) for item in fields(Samples)},
     }
+
+
+def sealed(members: Mapping[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+    """Return the members with their digests among them."""
+    digests = {name: digest(member) for name, member in members.items() if name != _DIGESTS}
+    return {**members, _DIGESTS: np.array(json.dumps(digests))}
 
 
 def digest(member: npt.NDArray[Any]) -> str:
@@ -154,7 +159,7 @@ def load_record(folder: str | Path) -> Record:
         As for `load_gait`. Numbers that are merely wrong are left to `verification`.
     """
     with opened(folder_of(folder) / GAIT_FILE, "a gait") as file:
-        return _restored(file)
+        return restored(file)
 
 
 def folder_of(result: str | Path) -> Path:
@@ -200,7 +205,16 @@ def _check_archive(stream: BinaryIO) -> None:
     stream.seek(0)
 
 
-def _restored(file: Mapping[str, Any]) -> Record:
+def restored(file: Mapping[str, Any]) -> Record:
+    """Return the gait that the members of a file make, and what they claim about it.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If one is missing, is not what it should be, or contradicts another.
+    ScenarioError
+        If the scenario cannot be used.
+    """
     if str(file["format"]) != FORMAT:
         found = str(file["format"])
         raise ValueError(f"format {found!r}, expected {FORMAT!r}: predict it again")
@@ -253,7 +267,9 @@ def check_splines(scenario: Scenario, breaks: FloatArray, control_points: FloatA
         With the name of the array.
     """
     T = scenario.walk.step_time
-    if breaks.ndim != 1 or not np.allclose(breaks[[0, -1]], [0.0, T], rtol=0.0, atol=1e-9 * T):
+    if breaks.ndim != 1 or not breaks.size:
+        raise ValueError(f"breaks of shape {breaks.shape} are no list of times")
+    if not np.allclose(breaks[[0, -1]], [0.0, T], rtol=0.0, atol=1e-9 * T):
         raise ValueError(f"breaks do not go from 0 to the step time {T:g} s")
     fewest = DEGREE if scenario.discretisation.mirrored else 1
     if len(breaks) <= fewest or np.any(np.diff(breaks) < _CLOSEST * T):
