@@ -181,6 +181,14 @@ def test_every_frame_of_what_is_no_walk_says_so(tmp_path):
             assert abs(foot - RED).max() < 40
 
 
+@pytest.mark.parametrize("size", [(64, 64), (64, 300), (640, 64), (65, 77)])
+@pytest.mark.usefixtures("few_frames")
+def test_a_picture_has_the_size_that_was_asked_for_with_a_warning_in_it_or_without(tmp_path, size):
+    for name, gait in (("walk", GAIT), ("none", FAILED)):
+        with Image.open(film(gait, tmp_path / f"{name}.gif", size=size)) as picture:
+            assert picture.size == size
+
+
 @pytest.mark.usefixtures("few_frames")
 def test_two_walkers_stand_beside_each_other(tmp_path):
     both = film(GAIT, tmp_path / "both.gif", size=(160, 100), second=guessed_gait(18.1))
