@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from importlib.util import find_spec
-from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
+
+from human_gait.canvas import FONT
 
 _LINE = 1.3  # of the size of a letter
 _INK, _PAPER = (32, 38, 45), (255, 255, 255)
@@ -16,10 +16,7 @@ _WARNING = (179, 38, 30)
 
 @cache
 def _font(size: int) -> ImageFont.FreeTypeFont:
-    """Return the font that matplotlib brings along, which is not imported for that."""
-    package = find_spec("matplotlib")
-    place = Path(package.origin if package and package.origin else "").parent
-    return ImageFont.truetype(place / "mpl-data" / "fonts" / "ttf" / "DejaVuSans.ttf", size)
+    return ImageFont.truetype(FONT, size)
 
 
 def labelled(picture: Image.Image, names: Sequence[str], line: int = 0) -> Image.Image:
