@@ -104,6 +104,10 @@ class NoSolutionFound(GaitError):
         self.report = report
 
 
+class SolveInterrupted(NoSolutionFound, KeyboardInterrupt):
+    """The user stopped a prediction, which carries the best gait so far."""
+
+
 def shown(value: object) -> str:
     """Return a value as it would stand in a scenario file, cut to a readable length."""
     try:

@@ -11,9 +11,12 @@ import numpy as np
 
 from human_gait import data
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import DOF_NAMES, GRAVITY, index, mirror
+from human_gait.body.skeleton import DOF_NAMES, GRAVITY, N_DOF, index, mirror
 from human_gait.exceptions import ScenarioError
 from human_gait.scenario import Scenario, Subject
+
+REFERENCE_STRENGTH = 100.0
+"""Strength of a joint whose torques count as they are, [N m]."""
 
 _ROWS = data.rows("joint_limits")
 
@@ -67,6 +70,19 @@ def torque_limits(subject: Subject, deviations: float = 2.0) -> tuple[FloatArray
     lower = [_strength(row, "min", -deviations, subject) for row in _ROWS]
     upper = [_strength(row, "max", deviations, subject) for row in _ROWS]
     return np.array(lower), np.array(upper)
+
+
+def torque_weights(scenario: Scenario) -> FloatArray:
+    """Return the weights w_i (55,) of the squared torques.
+
+    ``strength``: (100 N m / strength_i)^2, the mean strength of the joint's two directions. Effort
+    is then relative to what a joint can give: 10 N m are little for a hip and much for a wrist.
+    ``none``: 1, the objective of the paper.
+    """
+    if scenario.objective.weighting == "none":
+        return np.ones(N_DOF)
+    lower, upper = torque_limits(scenario.subject, deviations=0.0)
+    return np.asarray((2.0 * REFERENCE_STRENGTH / (upper - lower)) ** 2)
 
 
 def _on_both_sides(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -11,7 +11,6 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from human_gait.exceptions import ResultError
@@ -19,15 +18,17 @@ from human_gait.people.comparison_table import comparison_table
 from human_gait.people.pictures import compare_figure
 from human_gait.people.reference import Cycle, Reference, Score, references_near, scores
 from human_gait.people.spatiotemporal import StepScore, step_scores
-from human_gait.results.folder import whole_file
 from human_gait.results.names import (
+    COMPARISON,
     COMPARISON_CSV,
     COMPARISON_JSON,
     COMPARISON_PNG,
     GAIT_CYCLE,
     SUMMARY,
 )
+from human_gait.results.ours import check_free, our_folder
 from human_gait.results.reading import read_json
+from human_gait.terminal import screen
 from human_gait.values import Value
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import gait_cycle, load_gait_cycle
@@ -57,7 +58,7 @@ class Comparison(Value):
     step_scores: tuple[StepScore, ...]
 
     def __str__(self) -> str:
-        console = Console(width=_WIDTH, color_system=None, force_terminal=False, file=StringIO())
+        console = screen(width=_WIDTH, color_system=None, force_terminal=False, file=StringIO())
         with console.capture() as shown:
             console.print(comparison_table(self))
         return "\n".join(line.rstrip() for line in shown.get().splitlines())
@@ -152,16 +153,15 @@ def _positive(path: Path, summary: object, key: str) -> float:
 
 
 def save_comparison(comparison: Comparison, folder: str | Path) -> None:
-    """Write ``compare.json``, ``compare.csv`` and ``compare.png`` into a folder."""
+    """Write ``compare.json``, ``compare.csv`` and ``compare.png`` into a folder, all or none."""
     folder = Path(folder)
+    check_free(folder, COMPARISON)
     figure = compare_figure(comparison.cycle, comparison.references)
     text = json.dumps(_plain(comparison), indent=2, allow_nan=False)
-    with whole_file(folder / COMPARISON_JSON) as path:
-        path.write_text(text + "\n", encoding="utf-8")
-    with whole_file(folder / COMPARISON_CSV) as path:
-        path.write_text(_csv(comparison), encoding="utf-8")
-    with whole_file(folder / COMPARISON_PNG) as path:
-        figure.savefig(path, dpi=130)
+    with our_folder(folder, solved=False) as new:
+        (new / COMPARISON_JSON).write_text(text + "\n", encoding="utf-8")
+        (new / COMPARISON_CSV).write_text(_csv(comparison), encoding="utf-8")
+        (new / COMPARISON_PNG).write_bytes(figure.png())
 
 
 def _plain(comparison: Comparison) -> dict[str, Any]:

@@ -20,7 +20,7 @@ import numpy as np
 from pydrake.solvers import MathematicalProgram
 
 from human_gait.arrays import FloatArray
-from human_gait.body.limits import joint_limits
+from human_gait.body.limits import joint_limits, torque_weights
 from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, N_DOF, in_words
 from human_gait.problem.balance_rows import SLIDING_FRICTION, TURNING_FRICTION
 from human_gait.problem.constraints import (
@@ -41,7 +41,7 @@ from human_gait.problem.drake import (
 )
 from human_gait.problem.functions import WalkFunctions
 from human_gait.problem.impossible import refusals
-from human_gait.problem.objective import Term, objective, torque_weights
+from human_gait.problem.objective import Term, objective
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.residual import Constraint, Residual
 from human_gait.problem.violation import Violation, worst_row

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +20,8 @@ class Finding:
     ----------
     name, unit, what, equation : str
     value, limit : float
-        In `unit`; a violation is counted from the bound, hence its limit is 0.
+        In `unit`; a violation is counted from the bound, hence its limit is 0; that of a note is
+        infinite.
     time : float, [s]
     passed : bool
     """
@@ -153,9 +155,11 @@ def _trial(found: Any) -> Trial:
 
 
 def _check(name: str, found: Any) -> Finding:
-    value, limit, time = (float(found[key]) for key in ("value", "limit", "time"))
-    passed, equation = bool(found["passed"]), str(found.get("equation", ""))
-    return Finding(name, str(found["unit"]), value, limit, time, passed, equation=equation)
+    value, time = float(found["value"]), float(found["time"])
+    limit = math.inf if found["limit"] is None else float(found["limit"])
+    what, equation = (str(found.get(key, "")) for key in ("what", "equation"))
+    unit, passed = str(found["unit"]), bool(found["passed"])
+    return Finding(name, unit, value, limit, time, passed, what, equation)
 
 
 def _violation(name: str, found: Any) -> Finding:

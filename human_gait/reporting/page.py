@@ -20,12 +20,14 @@ from jinja2 import Environment, StrictUndefined
 
 from human_gait.exceptions import ResultError
 from human_gait.people.reference import references_near
-from human_gait.playback.page import playback_page
+from human_gait.playback.page import page_marks, playback_page
 from human_gait.reporting import check_tables, panels, people_tables, tables
 from human_gait.reporting.figures import RESULTS
 from human_gait.reporting.results import Result, read_results
 from human_gait.results.folder import whole_file
 from human_gait.results.names import PLAYBACK, REPORT
+from human_gait.results.ours import check_free
+from human_gait.walk.described import no_walk
 
 _STARTS = {  # what the command cannot say
     "warm start": "It started from the walk of another result (--warm-from DIR), whose name is not "
@@ -66,6 +68,8 @@ def report_to_file(folders: Sequence[Path], out: Path | None = None) -> Path:
     """
     target = out or (folders[0] if len(folders) == 1 else Path("out")) / REPORT
     page = report_page(folders, target)
+    if out is None:
+        check_free(target.parent, [target.name])
     with whole_file(target) as path:
         path.write_text(page, encoding="utf-8")
     return target
@@ -102,7 +106,9 @@ def _view(results: Sequence[Result], target: Path) -> dict[str, Any]:
     measured = references_near(results[0].gait.scenario.walk.speed)
     compared = [one for one in results if one.comparison]
     return {
+        **page_marks([one.gait for one in results]),
         "results": results,
+        "no_walk": no_walk,
         "title": ", ".join(one.label for one in results),
         "tables": tables,
         "check_tables": check_tables,

@@ -9,6 +9,7 @@ from human_gait.reporting.agreement import CurveDifference, curve_differences
 from human_gait.reporting.cells import Cell, Table, curve_cells, form_of, groups, number
 from human_gait.reporting.outcome import Finding
 from human_gait.reporting.results import Result
+from human_gait.settings.departures import departures
 from human_gait.walk.gait_cycle import COLUMNS
 
 _BOUNDS = 12  # of those that shape a walk
@@ -37,6 +38,7 @@ _ASKED: Sequence[Row] = (
         "control points per degree of freedom",
         lambda one: number(one.gait.scenario.discretisation.control_points, "d"),
     ),
+    ("settings that move limits", lambda one: Cell(_moved(one))),
     ("solver", lambda one: Cell(one.outcome.first_solver)),
     ("dynamics", lambda one: Cell(one.outcome.dynamics)),
 )
@@ -45,6 +47,10 @@ _ASKED: Sequence[Row] = (
 def _own_limits(one: Result) -> str:
     limits = one.gait.scenario.limits
     return ", ".join([*limits.frozen, *(limited.name for limited in limits.ranges)]) or "none"
+
+
+def _moved(one: Result) -> str:
+    return "; ".join(map(str, departures(one.gait.scenario))) or "none"
 
 
 def asked(results: Sequence[Result]) -> Table:
@@ -85,7 +91,7 @@ _CAME_OUT: Sequence[Row] = (
     ("checks passed", lambda one: _passed(one.outcome.checks)),
     ("solving time [s]", lambda one: number(one.outcome.wall_time, ".1f")),
     ("found by", lambda one: Cell(one.outcome.solver)),
-    ("which says", lambda one: Cell(one.outcome.status)),
+    ("status of the solver", lambda one: Cell(one.outcome.status)),
     ("started from", lambda one: Cell(one.outcome.start)),
     ("attempts", lambda one: number(len(one.outcome.trials), "d")),
     ("iterations", lambda one: number(one.outcome.iterations, "d")),
@@ -115,7 +121,7 @@ def trials(result: Result) -> Table:
     columns = (
         "start",
         "solver",
-        "it says",
+        "status",
         "walk",
         "effort [N² m² s]",
         "time [s]",

@@ -9,7 +9,7 @@ from human_gait import data
 from human_gait.exceptions import ScenarioError
 from human_gait.scenario.schema import nearest
 from human_gait.scenario.text import read_toml
-from human_gait.scenario.whole import Scenario
+from human_gait.scenario.whole import Scenario, lawful_name
 
 _PACKED = Path(data.__file__).parent / "scenarios"  # where an installed package has them
 _EDITED = Path(data.__file__).parents[2] / "scenarios"  # where people edit them
@@ -38,8 +38,9 @@ def load_scenario(path: str | Path) -> Scenario:
     Parameters
     ----------
     path : str or Path
-        The file; its name without ending names the scenario unless it has a key ``name``. Where
-        there is no such file, the name of a scenario that comes with the package, ``"normal"``.
+        The file; its name without ending names the scenario unless it has a key ``name``, with
+        hyphens for signs that names cannot have (`lawful_name`). Where there is no such file, the
+        name of a scenario that comes with the package, ``"normal"``.
 
     Returns
     -------
@@ -53,7 +54,7 @@ def load_scenario(path: str | Path) -> Scenario:
     """
     source = scenario_file(path)
     try:
-        return Scenario.from_dict({"name": source.stem, **_read_toml(source)})
+        return Scenario.from_dict({"name": lawful_name(source.stem), **_read_toml(source)})
     except ScenarioError as error:
         raise error.found_in(str(source)) from None
 

@@ -61,7 +61,7 @@ def violation_text(violation: Violation, step_time: float) -> str:
 def check_text(check: Check, step_time: float) -> str:
     """Return what a check found, what it allows and when, in one line."""
     found, allowed = amount(check.value, check.unit), amount(check.limit, check.unit)
-    return f"{check.name}: {found} {_when(check.time, step_time)}, allowed {allowed}"
+    return f"{check.told}: {found} {_when(check.time, step_time)}, allowed {allowed}"
 
 
 def _when(time: float, step_time: float) -> str:
