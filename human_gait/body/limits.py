@@ -69,21 +69,20 @@ def mirrored_limits(scenario: Scenario) -> list[str]:
     """
     given = scenario.limits.ranges_si(DOF_NAMES)
     own = [*scenario.limits.frozen_dofs(DOF_NAMES), *given]
-    lower, upper = joint_limits(scenario)
     found = []
     for name in own:
-        other = DOF_NAMES[MIRROR_INDEX[index(name)]]
+        i = index(name)
+        other = DOF_NAMES[MIRROR_INDEX[i]]
         key = f"limits.{name}" if name in given else f"limits.frozen: {name}"
+        ends = np.array([limit[i] for limit in joint_limits(scenario)])
         if other not in own:
             side = SIDES_IN_WORDS[SIDES.index(other[-1])]
             found.append(f"{key} holds for the {side} too, since steps are mirror images")
-        elif not np.allclose(given.get(name, 0.0), [lower[index(name)], upper[index(name)]]):
-            unit = 1.0 if PRISMATIC[index(name)] else np.rad2deg(1.0)
-            low, high = unit * lower[index(name)] + 0.0, unit * upper[index(name)] + 0.0
-            held = (
-                f"holds as {low:.4g} to {high:.4g} {'m' if PRISMATIC[index(name)] else 'deg'} here"
-            )
-            found.append(f"{key} {held}, since steps are mirror images")
+        elif not np.allclose(given.get(name, 0.0), ends):
+            scale, unit = (1.0, "m") if PRISMATIC[i] else (np.rad2deg(1.0), "deg")
+            low, high = scale * ends + 0.0
+            held = f"{low:.4g} to {high:.4g} {unit}"
+            found.append(f"{key} holds as {held}, since steps are mirror images")
     return found
 
 
