@@ -39,7 +39,7 @@ from human_gait.reporting.figures import (
     svg,
 )
 from human_gait.reporting.page import report_page, report_to_file
-from human_gait.scenario import DofRange, Limits, Scenario
+from human_gait.scenario import Scenario
 from human_gait.solving.starts import GIVEN, WARM
 from human_gait.solving.summary import checks_content
 from human_gait.walk.described import gait_digest
@@ -324,14 +324,6 @@ def test_a_report_begins_with_a_sentence_for_each_walk_that_is_compared(one_page
     assert f"effort {percent}" in said[0].text_content()
     (alone,) = html.document_fromstring(one_page).find_class("said")
     assert alone.text_content().startswith("A male of 1.755 m and 78.4 kg walks at 1.2 m/s")
-
-
-def test_a_limit_of_one_side_says_that_it_holds_on_both():
-    limits = Limits(
-        frozen=("wrist_flexion_r", "wrist_flexion_l"),
-        ranges=(DofRange("knee_flexion_l", 0.0, 70.0), DofRange("neck_flexion", 0.0, 10.0)),
-    )
-    assert limits.one_sided == ("knee_flexion_l",)
 
 
 def test_the_scores_are_those_of_compare(three, one_page, three_page):

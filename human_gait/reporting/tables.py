@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from human_gait.body.limits import mirrored_limits
 from human_gait.reporting.agreement import CurveDifference, curve_differences
 from human_gait.reporting.cells import Cell, Table, curve_cells, form_of, groups, number
 from human_gait.reporting.outcome import Finding
@@ -46,9 +47,8 @@ _ASKED: Sequence[Row] = (
 
 def _own_limits(one: Result) -> str:
     limits = one.gait.scenario.limits
-    names = [*limits.frozen, *(limited.name for limited in limits.ranges)]
-    both = {name: f"{name} (on both sides)" for name in limits.one_sided}
-    return ", ".join(both.get(name, name) for name in names) or "none"
+    names = ", ".join([*limits.frozen, *(limited.name for limited in limits.ranges)])
+    return "; ".join([names or "none", *mirrored_limits(one.gait.scenario)])
 
 
 def _moved(one: Result) -> str:

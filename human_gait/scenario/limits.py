@@ -109,20 +109,6 @@ class Limits(Section):
         ranges = {limited.name: [limited.lower, limited.upper] for limited in self.ranges}
         return {"frozen": list(self.frozen), **ranges}
 
-    @property
-    def one_sided(self) -> tuple[str, ...]:
-        """Names of joints with a limit on one side of the body, which holds on both.
-
-        The steps of a walk are mirror images, so that each leg does what the other has done.
-        """
-        names = [*self.frozen, *(limited.name for limited in self.ranges)]
-        other = {"_r": "_l", "_l": "_r"}
-        return tuple(
-            name
-            for name in names
-            if name[-2:] in other and name[:-2] + other[name[-2:]] not in names
-        )
-
     def frozen_dofs(self, dof_names: Sequence[str]) -> tuple[str, ...]:
         """Return the names of the DOF held at zero, all of them among `dof_names`."""
         strange = [name for name in self.frozen if name not in dof_names]
