@@ -98,7 +98,8 @@ def report_page(folders: Sequence[Path], target: Path = Path(REPORT)) -> str:
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     text = (files(__package__) / "report.html.jinja").read_text(encoding="utf-8")
-    return environment.from_string(text).render(view)
+    page = environment.from_string(text).render(view)
+    return page.encode("utf-8", "backslashreplace").decode("utf-8")  # names of folders may be bytes
 
 
 def _view(results: Sequence[Result], target: Path) -> dict[str, Any]:
@@ -133,7 +134,7 @@ def _has_playback(one: Result) -> bool:
 def _link(one: Result, target: Path) -> str:
     """Return the address of an animation as seen from the page."""
     path = os.path.relpath((one.folder / PLAYBACK).resolve(), target.resolve().parent)
-    return quote(Path(path).as_posix())
+    return quote(os.fsencode(path))
 
 
 # How to make it again
