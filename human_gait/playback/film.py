@@ -24,6 +24,7 @@ from human_gait.playback.picture import VIEWS, Walker, downscaled, stage_for
 from human_gait.playback.still import strobe
 from human_gait.results.folder import whole_file
 from human_gait.results.names import FILM
+from human_gait.results.ours import check_free
 from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait_file import folder_of, load_gait
 
@@ -84,6 +85,8 @@ def film(
         If there is no gait that can be read, or no encoder, or the file cannot be written.
     """
     target = _target(gait, path)
+    if path is None:
+        check_free(target.parent, [target.name])
     suffix = target.suffix.lower()
     _check(target, view, size)
     encode = encoder(target) if suffix == ".mp4" else ""
