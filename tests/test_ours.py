@@ -45,7 +45,7 @@ def put(path, text=MINE):
 # --- what is ours
 
 
-ODD = os.fsdecode(
+ODD = os.fsdecode(  # \xe2\x80\xae turns the direction of writing
     b"-caf\xe9 [/b][red] 'q' \"d\" \x1b[31m\x9b $(x) `y` ;&*?#%41 \xe2\x80\xae/-a\n\tb\\/~/"
     + b"n" * 255
 )
