@@ -80,9 +80,9 @@ def seconds(given: str) -> float:
     return limit
 
 
-def whole_number(text: str) -> int:
+def whole_number(text: str | int) -> int:
     """Return the whole number of an option; its range is the business of who takes it."""
-    if not re.fullmatch(r"\s*[+-]?[0-9]{1,18}\s*", text):
+    if not re.fullmatch(r"\s*[+-]?[0-9]{1,18}\s*", str(text)):  # a default is a number already
         raise typer.BadParameter(f"{shown(text)} must be a whole number")
     return int(text)
 

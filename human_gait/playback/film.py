@@ -85,6 +85,8 @@ def film(
         If there is no gait that can be read, or no encoder, or the file cannot be written.
     """
     target = _target(gait, path)
+    if path is None:
+        check_free(target.parent, [target.name])
     suffix = target.suffix.lower()
     _check(target, view, size)
     if path is None:

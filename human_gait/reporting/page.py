@@ -96,7 +96,8 @@ def report_page(folders: Sequence[Path]) -> str:
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     text = (files(__package__) / "report.html.jinja").read_text(encoding="utf-8")
-    return environment.from_string(text).render(view)
+    page = environment.from_string(text).render(view)
+    return page.encode("utf-8", "backslashreplace").decode("utf-8")  # names of folders may be bytes
 
 
 def _view(results: Sequence[Result]) -> dict[str, Any]:
