@@ -89,7 +89,7 @@ def whole_number(text: str | int) -> int:
 
 def seed_number(text: str) -> int:
     """Return the seed of an option."""
-    seed = whole_number(text)
+    seed = whole_number(str(text))  # the default is a number
     if not 0 <= seed <= LARGEST_SEED:
         raise typer.BadParameter(f"{seed} must be from 0 to {LARGEST_SEED}")
     return seed

@@ -118,6 +118,7 @@ function toggleHelp() {
 
 function scrubTo(phase) {
   setPlaying(false);
+  quality.moved = performance.now();
   seek(phase);
 }
 
@@ -210,7 +211,7 @@ function start() {
 }
 
 let last = performance.now();
-let moving = false;
+let moving = false, drew = false;
 function frame(now) {
   requestAnimationFrame(frame);
   const passed = now - last;
@@ -220,8 +221,9 @@ function frame(now) {
     moving = !moving;
     quality.times = [];
     viewer.set_dirty();
-  } else if (moving && viewer.needs_render) judge(passed);
-  if (viewer.needs_render) viewer.render();
+  } else if (moving && drew) judge(passed); // it took the frame before so long
+  drew = viewer.needs_render;
+  if (drew) viewer.render();
 }
 
 start();
