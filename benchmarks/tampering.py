@@ -15,6 +15,7 @@ import argparse
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,7 @@ from human_gait.results.names import GAIT_FILE
 from human_gait.scenario import Scenario
 from human_gait.settings.departures import departures
 from human_gait.settings.records import Setting, all_settings
+from human_gait.walk.described import gait_digest
 from human_gait.walk.gait_file import restored, sealed
 
 Members = Mapping[str, Any]
@@ -95,6 +97,8 @@ def of_solution(members: Members) -> Iterator[Change]:
     """Yield each thing that is told of how the walk was found, another one."""
     told = json.loads(str(members["solution"]))
     for key, value in told.items():
+        if key == "digest":
+            continue  # one of those that stay, or are made anew
         changed = not value if isinstance(value, bool) else None
         if changed is None:
             changed = value * 1.01 if isinstance(value, int | float) else f"{value}x"
@@ -114,6 +118,15 @@ def told_by(members: Members, shown_before: set[str], full: bool = False) -> str
         return f"checks: {'; '.join(failed)}"
     shown = header(record.gait.scenario) - shown_before
     return f"the header: {', '.join(sorted(shown))}" if shown else NOTHING
+
+
+def made_anew(members: Members) -> Members:
+    """Return the members with digests that fit them, as far as they make a walk."""
+    told = json.loads(str(members["solution"]))
+    if "digest" in told:
+        with suppress(KeyError, TypeError, ValueError, ScenarioError):
+            told["digest"] = gait_digest(restored(members).gait)
+    return sealed({**members, "solution": np.array(json.dumps(told))})
 
 
 def header(scenario: Scenario) -> set[str]:
@@ -138,7 +151,7 @@ def main() -> None:
         before = header(restored(members).gait.scenario)
         rng = np.random.default_rng(0)
         for name, changed in changes(members, given.entries, rng):
-            for digests, now in (("as they were", changed), ("made anew", sealed(changed))):
+            for digests, now in (("as they were", changed), ("made anew", made_anew(changed))):
                 who = told_by(now, before, given.full)
                 counted[digests, who.partition(":")[0]] += 1
                 if who == NOTHING:

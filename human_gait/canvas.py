@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from io import BytesIO
+from pathlib import Path
 from typing import Any, Literal
 
 from human_gait.surroundings import importing_matplotlib
@@ -24,6 +25,9 @@ with importing_matplotlib():
     from matplotlib.patches import Circle, Patch, Polygon
 
 __all__ = ["Artist", "Axes", "Circle", "Figure", "Line2D", "Patch", "Picture", "Polygon", "plain"]
+
+FONT = Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
+"""The font that matplotlib brings along: the same everywhere."""
 
 SOURCE = "human_gait"
 """What the metadata of a picture name as its source."""

@@ -372,7 +372,7 @@ def export(
     """Write one stride of a result for OpenSim, motion capture, animation and robot programs."""
     check_result(folder)
     from human_gait.export.formats import FORMATS, RATES, export_gait
-    from human_gait.walk.described import no_walk
+    from human_gait.export.notes import Note
     from human_gait.walk.gait_file import load_gait
 
     if rate is not None and not RATES[0] <= rate <= RATES[1]:
@@ -382,7 +382,7 @@ def export(
     names = [name.value for name in formats] if formats else list(FORMATS)
     gait = load_gait(folder)
     files = export_gait(gait, target, names, rate)
-    if failed := no_walk(gait):
+    if failed := Note.of(gait).no_walk:
         typer.echo(f"note: {failed}", err=True)
     typer.echo(f"wrote {len(files)} files to {target}")
 

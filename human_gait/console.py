@@ -12,6 +12,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from human_gait.body.limits import mirrored_limits
 from human_gait.checks.check import Check
 from human_gait.problem.program import GaitProgram
 from human_gait.results.explanation import diagnosis_text
@@ -40,11 +41,17 @@ def show(what: RenderableType) -> None:
 
 
 def show_task(program: GaitProgram, solver: str) -> None:
-    """Print what is to be solved, in one line."""
+    """Print what is to be solved, in one line, and what limits hold for both sides."""
     show(
         f"{program.scenario.name}: {len(program.variables)} variables, "
         f"{program.n_constraint_rows} constraints, {solver}, dynamics by {program.dynamics}"
     )
+    _show_mirrored(program.scenario)
+
+
+def _show_mirrored(scenario: Scenario) -> None:
+    for note in mirrored_limits(scenario):
+        screen().print(f"note: {note}", soft_wrap=True)
 
 
 @contextmanager
@@ -102,6 +109,7 @@ def show_checks(record: Record, checks: list[Check]) -> None:
     """Print the claims that a walk is held against, and the table of its checks."""
     told = screen()
     told.print(_asked_for(record.gait.scenario))
+    _show_mirrored(record.gait.scenario)
     for line in _moved_limits(record.gait.scenario):
         told.print(line, soft_wrap=True)
     if record.altered is None:

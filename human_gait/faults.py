@@ -12,9 +12,8 @@ import signal
 import sys
 import tempfile
 import traceback
-from collections.abc import Iterator
 from contextlib import suppress
-from importlib.machinery import PathFinder
+from importlib.machinery import ModuleSpec, PathFinder
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -91,29 +90,19 @@ def unforeseen(error: BaseException) -> str:
 
 def environment_fault(error: BaseException) -> str:
     """Return what is wrong with the environment, and the remedy; nothing if it is not to blame."""
-    chain = list(_chain(error))
-    if any(isinstance(one, GaitError | OSError | KeyboardInterrupt) for one in chain):
+    if isinstance(error, GaitError | OSError | KeyboardInterrupt):
         return ""
-    failed = [one for one in chain if isinstance(one, ImportError)]
+    failed = [one for one in (error, error.__cause__) if isinstance(one, ImportError)]
     for name in (*(_top(one.name) for one in failed), *PACKAGES):
         if foreign := _foreign(name):
             return f"another {name} is in the way: {foreign}"
     for one in failed:
         name = _top(one.name)
-        if name in PACKAGES and PathFinder.find_spec(name) is None:
+        if name in PACKAGES and _spec(name) is None:
             return f"the package {PACKAGES[name]} is missing: {_pip(PACKAGES[name])}"
         if name != __package__:
             return f"a package cannot be loaded: {_library(one)}"
     return ""
-
-
-def _chain(error: BaseException | None) -> Iterator[BaseException]:
-    """Yield an error and what it came from."""
-    seen: set[int] = set()
-    while error is not None and id(error) not in seen:
-        seen.add(id(error))
-        yield error
-        error = error.__cause__ or error.__context__
 
 
 def _top(name: str | None) -> str:
@@ -122,7 +111,7 @@ def _top(name: str | None) -> str:
 
 def _foreign(name: str) -> str:
     """Return where a package comes from and the remedy, if it is not of this environment."""
-    spec = PathFinder.find_spec(name) if name and name != __package__ else None
+    spec = _spec(name) if name and name != __package__ else None
     if spec is None or not spec.origin or name in sys.stdlib_module_names:
         return ""
     origin, given = Path(spec.origin), os.environ.get("PYTHONPATH", "").split(os.pathsep)
@@ -131,6 +120,10 @@ def _foreign(name: str) -> str:
     if any(origin.is_relative_to(prefix) for prefix in {sys.prefix, sys.base_prefix}):
         return ""
     return f"{origin} is not of the environment {sys.prefix}: move it, or work in another folder"
+
+
+def _spec(name: str) -> ModuleSpec | None:
+    return PathFinder.find_spec(name)
 
 
 def _library(error: ImportError) -> str:

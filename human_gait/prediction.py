@@ -8,9 +8,8 @@ signal is no reason to end without a result (`stopping`).
 from __future__ import annotations
 
 import json
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +23,7 @@ from human_gait.problem.refinement import refined_program
 from human_gait.reporting.agreement import agreement_to_folder
 from human_gait.results.folder import whole_file
 from human_gait.results.names import (
+    AGREEMENT,
     EXPLANATION,
     GAIT_CYCLE,
     PLAYBACK,
@@ -34,6 +34,7 @@ from human_gait.results.names import (
 )
 from human_gait.results.ours import check_free, our_folder
 from human_gait.results.reading import AGAIN
+from human_gait.results.unfinished import refuges
 from human_gait.scenario import Scenario
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import posture
@@ -127,21 +128,22 @@ def predict_by_all_solvers(
     end, all at once.
     """
     _drawing()
-    found = []
+    solved: dict[str, list[Attempt]] = {}
     with running() as run:
         program = build_program(scenario, dynamics=dynamics)
         with console.progress() as tell, running(time_limit):
             start = posture(program, tell(OWN_GUESS))
-        with our_folder(folder, OURS) as new:
+        with _kept_elsewhere(folder, solved), our_folder(folder, OURS) as new:
             for name in SOLVERS:
                 given = Start(GIVEN, start)
                 with running(time_limit):
                     kept = _solve_to_folder(program, name, new / name, given, told=folder / name)
-                found.append(kept.success)
+                solved[name] = [kept]
                 if run.asked.signal and name != SOLVERS[-1]:
                     return False
-            console.show(agreement_to_folder(new, SOLVERS))
-    return all(found)
+            with _not_needed(new / AGREEMENT, AGAIN):
+                console.show(agreement_to_folder(new, SOLVERS))
+    return all(kept.success for (kept,) in solved.values())
 
 
 def _solve_to_folder(
@@ -162,28 +164,46 @@ def _solve_to_folder(
     with console.progress() as tell:
         attempts = climb(program, solver, start, seed, tell)
     before = asked.times
-    try:
+    with _kept_elsewhere(told or folder, {"": attempts}, seed):
         kept, gait = _write(folder, best(attempts), attempts, seed)
-    except ResultError as error:
-        raise _rescued(folder, attempts, seed, error) from error
     console.show_outcome(kept, attempts, told or folder)
     _draw(gait, folder, told or folder, hurry=asked.times > before)
     return kept
 
 
-def _rescued(folder: Path, attempts: list[Attempt], seed: int, error: ResultError) -> ResultError:
-    """Write a result that cannot be written where it should be among temporary files, and say so.
+@contextmanager
+def _kept_elsewhere(
+    folder: Path, solved: Mapping[str, list[Attempt]], seed: int = 0
+) -> Iterator[None]:
+    """Write what was solved to another place if it cannot be written where it should be.
 
-    If that fails too, return the error as it was.
+    Parameters
+    ----------
+    folder : Path
+    solved : mapping of str to list of Attempt
+        By the name of the folder within, empty for the folder itself.
+    seed : int
     """
-    other = Path(tempfile.mkdtemp(prefix="human-gait-"), folder.name)
     try:
-        kept, _ = _write(other, best(attempts), attempts, seed)
-    except ResultError:
-        return error
-    console.show_outcome(kept, attempts, other)
-    why = getattr(error.__cause__, "strerror", None) or "it cannot be replaced"
-    return ResultError(f"{folder}: the result cannot be written here: {why}; it is in {other}")
+        yield
+    except ResultError as error:
+        other = _elsewhere(folder.name, solved, seed) if solved else None
+        if other is None:
+            raise
+        why = getattr(error.__cause__, "strerror", None) or error
+        message = f"{folder}: the result cannot be written here: {why}; it is in {other}"
+        raise ResultError(message) from error
+
+
+def _elsewhere(name: str, solved: Mapping[str, list[Attempt]], seed: int) -> Path | None:
+    """Write what was solved wherever there is room, and return where."""
+    for other in refuges(name):
+        with suppress(ResultError):
+            for inner, attempts in solved.items():
+                kept, _ = _write(other / inner, best(attempts), attempts, seed)
+                console.show_outcome(kept, attempts, other / inner)
+            return other
+    return None
 
 
 def verify_folder(folder: Path) -> bool:

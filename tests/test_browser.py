@@ -772,3 +772,22 @@ def touch(page, steps):
         event = {"type": kind, "touchPoints": points}
         page.driver.execute_cdp_cmd("Input.dispatchTouchEvent", event)
     page.script("viewer.controls.update()")
+
+
+def test_what_is_in_sight_is_saved_as_a_picture_and_as_a_film(page):
+    """The browser is not let loose on the disk: what it would write is caught."""
+    page.script(
+        "window.saved = []; window.writing = download;"
+        "download = (blob, suffix) => saved.push([suffix, blob.size])"
+    )
+    page.script("setPlaying(false); seek(0.3)")
+    page.click("#save-picture")
+    page.click("#save-film")
+    wait = WebDriverWait(page.driver, 30)
+    wait.until(lambda _: len(page.script("return saved")) == 2)
+    sizes = dict(page.script("return saved"))
+    assert set(sizes) == {"png", "webm"}
+    assert min(sizes.values()) > 5000
+    assert not page.script("return state.playing")
+    assert page.script("return sheet.width") > 300
+    page.script("download = writing")

@@ -314,10 +314,10 @@ def test_an_unreadable_result_is_one_line(here, capsys, replace_room):
 def test_urdf_writes_the_body_of_the_scenario(here, capsys, replace_room):
     (here / "her.toml").write_text(WALK + '[subject]\nsex = "female"\n[load]\nmass = 9\n')
 
-    def make_body(subject, load):
-        return types.SimpleNamespace(urdf=f"{subject.sex} {load.mass}")
+    def scenario_robot(task=None):
+        return f"{task.subject.sex} {task.load.mass}" if task else "male 0.0"
 
-    replace_room("body.person", make_body=make_body)
+    replace_room("export.robot", scenario_robot=scenario_robot)
     assert cli.run(["urdf"]) == 0
     assert cli.run(["urdf", "--scenario", "her.toml", "--out", "her.urdf"]) == 0
     assert (here / "urdf" / "human.urdf").read_text() == "male 0.0"

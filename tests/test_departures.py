@@ -10,7 +10,8 @@ from human_gait.settings.departures import departures
 from human_gait.settings.records import all_settings
 
 PLAIN = Scenario.from_dict({"name": "plain", "walk": {"speed": 1.2, "step_length": 0.66}})
-TOLERANCES = [one for one in all_settings() if one.section in ("tolerances", "posture")]
+LIMITING = ("tolerances", "posture")
+TOLERANCES = [one for one in all_settings() if one.section in LIMITING and one.low is not None]
 
 
 def told(**sections):

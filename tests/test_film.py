@@ -17,6 +17,7 @@ from human_gait.playback.picture import VIEWS, Walker, downscaled, stage_for
 from human_gait.playback.raster import Camera, seen
 from human_gait.playback.still import still_address
 from human_gait.results import names
+from human_gait.results.ours import is_ours
 from human_gait.walk.described import gait_digest
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import save_gait
@@ -162,7 +163,9 @@ def test_what_is_nearer_hides_what_is_behind_it():
 def test_a_film_says_which_walk_it_shows_and_that_it_is_none(gif, tmp_path):
     with Image.open(gif) as picture:
         assert gait_digest(GAIT) in picture.info["comment"].decode()
-    with Image.open(film(FAILED, tmp_path / "walk.png", size=SIZE)) as picture:
+    still = film(FAILED, tmp_path / "walk.png", size=SIZE)
+    assert is_ours(still)
+    with Image.open(still) as picture:
         assert gait_digest(FAILED) in picture.text["Comment"]
         assert "This is no walk" in picture.text["Comment"]
         assert RED in {colour for _, colour in picture.convert("RGB").getcolors(1 << 20)}
@@ -176,6 +179,14 @@ def test_every_frame_of_what_is_no_walk_says_so(tmp_path):
         for frame in ImageSequence.Iterator(picture):
             foot = np.asarray(frame.convert("RGB"), float)[-3:]
             assert abs(foot - RED).max() < 40
+
+
+@pytest.mark.parametrize("size", [(64, 64), (64, 300), (640, 64), (65, 77)])
+@pytest.mark.usefixtures("few_frames")
+def test_a_picture_has_the_size_that_was_asked_for_with_a_warning_in_it_or_without(tmp_path, size):
+    for name, gait in (("walk", GAIT), ("none", FAILED)):
+        with Image.open(film(gait, tmp_path / f"{name}.gif", size=size)) as picture:
+            assert picture.size == size
 
 
 @pytest.mark.usefixtures("few_frames")
@@ -198,6 +209,10 @@ def folder(tmp_path):
 def test_the_command_writes_beside_the_result_and_a_new_result_removes_it(folder, capsys):
     assert cli.run(["film", str(folder), "--size", "64x80"]) == 0
     assert capsys.readouterr().out == f"wrote {folder / 'walk.gif'}\n"
+    assert is_ours(folder / "walk.gif")
+    (folder / "walk.gif").write_bytes(b"GIF89a of my holidays")
+    assert cli.run(["film", str(folder), "--size", "64x80"]) == 2
+    assert "walk.gif: is in the way" in capsys.readouterr().err
     assert (folder / "walk.gif").is_file()
     assert set(names.FILMS) <= set(names.result_files(()))
     assert names.FILM == "walk.gif"
@@ -247,6 +262,7 @@ def test_an_mp4_has_some_strides(tmp_path):
     program = pytest.importorskip("imageio_ffmpeg").get_ffmpeg_exe()
     path = film(GAIT, tmp_path / "walk.mp4", size=(65, 81))
     told = subprocess.run([program, "-i", path], capture_output=True, text=True, check=False).stderr
+    assert is_ours(path)
     assert "64x80" in told
     assert gait_digest(GAIT) in told
     assert "Duration: 00:00:08" in told or "Duration: 00:00:09" in told

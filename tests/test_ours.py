@@ -1,10 +1,13 @@
 """Files of a user that bear our names stay as they are, and so does what lies around them."""
 
+import contextlib
 import errno
+import io
 import os
 import shutil
 import types
 from pathlib import Path
+from urllib.parse import unquote_to_bytes
 
 import matplotlib as mpl
 import pytest
@@ -15,15 +18,13 @@ from walking import guessed_gait
 from human_gait import cli
 from human_gait.arguments import check_writable
 from human_gait.exceptions import ResultError
-from human_gait.export.formats import export_gait
-from human_gait.people.comparison import compare_to_folder
 from human_gait.pictures import plots
 from human_gait.prediction import OURS
-from human_gait.reporting.calls import report
+from human_gait.reporting.page import _link
 from human_gait.results.names import EXPORTED, PLOTS, PREDICTED
 from human_gait.results.ours import check_free, is_ours, our_folder
 from human_gait.scenario import Scenario
-from human_gait.walk.gait_file import save_gait
+from human_gait.walk.gait_file import load_gait, save_gait
 
 MINE = "my own, made by hand for years"
 NAMES = ("report.html", "compare.csv", "export/model.osim", "summary.json", "zmp.png")
@@ -44,22 +45,49 @@ def put(path, text=MINE):
 # --- what is ours
 
 
+ODD = os.fsdecode(  # \xe2\x80\xae turns the direction of writing
+    b"-caf\xe9 [/b][red] 'q' \"d\" \x1b[31m\x9b $(x) `y` ;&*?#%41 \xe2\x80\xae/-a\n\tb\\/~/"
+    + b"n" * 255
+)
+"""Bytes that are no UTF-8, markup, quotes, escapes, signs of shells, lines, 255 letters."""
+
+COMMANDS = (
+    *(["verify"], ["explain"], ["plot"], ["compare"], ["report"], ["export"]),
+    *(["film", "--size", "64x64"], ["play", "--save", f"./{ODD}/own.html"]),
+)
+
+
 @pytest.fixture(scope="module")
 def everything(tmp_path_factory):
-    """A result with all that commands make of it."""
-    folder = tmp_path_factory.mktemp("all") / "walk"
+    """A result with all that commands make of it, in a folder that only a system could like."""
+    place = tmp_path_factory.mktemp("all")
+    folder = place / ODD
     shutil.copytree(solved("preferred").folder, folder)
-    assert cli.run(["verify", str(folder)]) == 0
-    compare_to_folder(folder)
-    report(folder)
-    export_gait(guessed_gait(), folder / "export")
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(io.StringIO()) as out:
+        patch.chdir(place)
+        for command in COMMANDS:
+            said = io.StringIO()
+            with contextlib.redirect_stderr(said):
+                code = cli.run([*command, "--", ODD])
+            assert (command, code, said.getvalue()) == (command, 0, "")
+        assert [sign for sign in "\x1b\x9b\udce9\u202e" if sign in out.getvalue()] == []
     return folder
 
 
-def test_every_file_that_is_written_is_known_as_ours(everything):
+def test_every_command_works_in_every_folder_and_what_it_writes_is_known_as_ours(everything):
+    """The fixture runs the commands."""
     files = [path for path in everything.rglob("*") if path.is_file()]
     assert {path.name for path in files} >= {*PREDICTED, *EXPORTED, "report.html", "compare.csv"}
-    assert [path for path in files if not is_ours(path)] == []
+    assert [path.name for path in files if not is_ours(path)] == []
+    assert {"own.html", "walk.gif"} <= {path.name for path in files}
+
+
+def test_a_result_is_written_and_read_there_from_python_too(tmp_path):
+    folder = guessed_gait().save(tmp_path / ODD)
+    check_writable(folder)
+    assert load_gait(folder).scenario == guessed_gait().scenario
+    link = _link(types.SimpleNamespace(folder=folder), tmp_path / "report.html")
+    assert unquote_to_bytes(link) == os.fsencode(Path(ODD) / "playback.html")
 
 
 @pytest.mark.parametrize(

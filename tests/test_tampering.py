@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from walks import BACKPACK, scenario
 
-from benchmarks.tampering import NOTHING, changes, header, told_by
+from benchmarks.tampering import NOTHING, changes, header, made_anew, told_by
 from human_gait.checks import contents
 from human_gait.checks.verification import verify
 from human_gait.exceptions import ScenarioError
 from human_gait.problem.program import build_program
 from human_gait.settings.records import all_settings
+from human_gait.walk.described import with_story
 from human_gait.walk.gait_file import (
     load_record,
     make_record,
@@ -22,7 +23,10 @@ from human_gait.walk.gait_file import (
     sealed,
 )
 
-ONLY_TOLD = {"about", "solution.solver", "solution.status", "solution.wall_time_s"}
+ONLY_TOLD = {
+    "about",
+    *(f"solution.{key}" for key in ("solver", "status", "wall_time_s", "success")),
+}
 """What nobody can compute anew, and so only the digests tell of."""
 
 
@@ -31,7 +35,8 @@ def walk(**sections):
     program = build_program(scenario(**sections))
     gait = program.gait(program.guess())
     story = {"solver": "newton", "status": "optimal", "wall_time_s": 1.5}
-    return replace(gait, solution={**story, "cost": contents.squared_torques(gait)})
+    found = replace(gait, solution={**story, "cost": contents.squared_torques(gait)})
+    return with_story(found, success=True)
 
 
 GAIT = walk(load=BACKPACK)
@@ -69,8 +74,19 @@ def test_whatever_is_changed_is_named_while_the_digests_are_as_they_were():
 
 def test_with_digests_made_anew_physics_or_the_header_tells():
     before = header(GAIT.scenario)
-    unseen = {name for name, new in CHANGES if told_by(sealed(new), before) == NOTHING}
+    unseen = {name for name, new in CHANGES if told_by(made_anew(new), before) == NOTHING}
     assert unseen == ONLY_TOLD
+
+
+def test_a_walk_that_is_not_the_one_that_was_found_is_refused_whatever_the_digests_say():
+    """With those of the file made anew, or taken away as in a file of an older version."""
+    table = json.loads(str(MEMBERS["scenario"]))
+    table["tolerances"]["contact_speed"] = 2.0
+    changed = {**MEMBERS, "scenario": np.array(json.dumps(table))}
+    older = {name: one for name, one in changed.items() if name != "digests"}
+    for members in (sealed(changed), older):
+        seal = contents.as_written(restored(members))
+        assert (seal.passed, seal.what) == (False, "the walk that was found")
 
 
 def test_a_file_as_it_was_written_says_so_and_one_without_digests_cannot_tell(tmp_path):

@@ -14,6 +14,7 @@ import numpy as np
 from human_gait.arrays import FloatArray
 from human_gait.body.limits import torque_weights
 from human_gait.checks.check import EQUAL, Check, Claim, Kind
+from human_gait.walk.described import was_changed
 from human_gait.walk.gait import Gait, Samples, constrained_grid
 from human_gait.walk.gait_file import Record, carried_mass
 
@@ -31,6 +32,8 @@ OWN_COST = "own_cost"
 
 _SHOWN = 25
 """Names of members: more than a file has of ours."""
+
+_FOUND = ("the walk that was found",)
 
 
 def contents_checks(record: Record) -> list[Check]:
@@ -95,8 +98,9 @@ def squared_torques(gait: Gait) -> float:
 
 
 def as_written(record: Record) -> Check:
-    """No member of the file differs from the digest that was written with it."""
-    if record.altered is None:
+    """No member of the file differs from its digest, nor the walk from the one that was found."""
+    altered = [*(record.altered or ()), *(_FOUND if was_changed(record.gait) else ())]
+    if record.altered is None and not altered:
         return SEAL.noted(0.0, 0.0, "the file has no digests and cannot tell")
-    some = [*record.altered[:_SHOWN], "..."] if record.altered[_SHOWN:] else record.altered
-    return SEAL.found(float(len(record.altered)), 0.0, 0.0, ", ".join(some))
+    some = [*altered[:_SHOWN], "..."] if altered[_SHOWN:] else altered
+    return SEAL.found(float(len(altered)), 0.0, 0.0, ", ".join(some))

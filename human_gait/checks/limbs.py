@@ -1,8 +1,8 @@
 """Parts of the drawn body that pass through each other, from the capsules that draw it.
 
 Nothing keeps limbs apart but their joint limits: heels and toe tips alone are held beside the
-standing leg. How deep the round shapes of the URDF are in each other is told, not judged: skin and
-clothes give way, and the shapes are drawn by eye.
+standing leg. How deep the round shapes of the figure are in each other is told, not judged: skin
+and clothes give way, and the shapes are drawn by eye.
 """
 
 from __future__ import annotations
@@ -12,9 +12,11 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-import pinocchio as pin
 
 from human_gait.arrays import FloatArray, IntArray
+from human_gait.body.dh import frames
+from human_gait.body.figure import capsules
+from human_gait.body.links import anatomical_to_link
 from human_gait.body.person import Body
 from human_gait.body.skeleton import SEGMENTS
 from human_gait.checks.check import Check, Claim, Kind
@@ -42,25 +44,26 @@ _LIMBS = ("forearm", "hand", "thigh", "shank", "foot")
 _INSTANTS = 101  # of a step
 _TOLD = 4  # pairs, the deepest
 _DEEP = 1e-3  # [m], what is told
+_ALONG = np.linspace(0.0, 1.0, 9)  # points of an axis
 
 
 @dataclass(frozen=True, eq=False)
-class Capsules(Value):
+class Shapes(Value):
     """The round shapes that draw a body.
 
     Attributes
     ----------
     part : list of str
         What each belongs to, such as ``left hand``.
-    joint : (n,) int array
-        Of the Pinocchio model, whose frame the places are in.
+    link : (n,) int array
+        That they belong to, whose DH frame the places are in.
     start, along : (n, 3) array, [m]
         One end of the axis, and the way to the other.
     radius : (n,) array, [m]
     """
 
     part: list[str]
-    joint: IntArray
+    link: IntArray
     start: FloatArray
     along: FloatArray
     radius: FloatArray
@@ -90,65 +93,88 @@ def limbs_check(body: Body, now: Samples) -> Check:
 
 
 def overlaps(body: Body, now: Samples) -> list[Overlap]:
-    """Return the pairs of parts that are in each other during the step, the deepest first."""
-    shapes = capsules(body)
+    """Return the pairs of parts that are in each other during the step, the deepest first.
+
+    A load counts as a part, that is joined to the trunk.
+    """
+    shapes = shapes_of(body)
     some = np.unique(np.linspace(0, len(now.t) - 1, _INSTANTS).astype(int))
-    start, along = _placed(body, shapes, now.q[some])
+    _, A = frames(body.table, now.q[some])
+    start, along = _placed(A, shapes)
+    deep = {
+        parts: shapes.radius[one]
+        + shapes.radius[other]
+        - _apart(start[:, one], along[:, one], start[:, other], along[:, other])
+        for parts, one, other in _pairs(shapes)
+    }
+    if body.load.mass > 0.0:
+        points = start[:, :, None] + _ALONG[:, None] * along[:, :, None]
+        in_load = shapes.radius - _outside_load(body, A, points).min(axis=2)
+        deep |= {(part, "load"): in_load[:, of] for part, of in _members(shapes) if part != "trunk"}
     found = []
-    for parts, first, second in _pairs(shapes):
-        gap = _apart(start[:, first], along[:, first], start[:, second], along[:, second])
-        deep = (shapes.radius[first] + shapes.radius[second] - gap).max(axis=1)
-        k = int(np.argmax(deep))
-        if deep[k] > _DEEP:
-            found.append(Overlap(parts, float(deep[k]), float(now.t[some[k]])))
+    for parts, depths in deep.items():
+        k = int(np.argmax(depths.max(axis=1)))
+        if depths[k].max() > _DEEP:
+            found.append(Overlap(parts, float(depths[k].max()), float(now.t[some[k]])))
     return sorted(found, key=lambda one: -one.depth)
 
 
-def capsules(body: Body) -> Capsules:
-    """Return the round shapes of the URDF of a body, as it is drawn."""
-    shapes = pin.buildGeomFromUrdfString(body.model, body.urdf, pin.GeometryType.VISUAL)
-    round_ones = [
-        shape for shape in shapes.geometryObjects if isinstance(shape.geometry, pin.coal.Cylinder)
-    ]
-    half = [s.placement.rotation[:, 2] * s.geometry.halfLength for s in round_ones]
-    along = 2.0 * np.array(half)
-    return Capsules(
-        part=[_part(int(shape.parentJoint) - 1) for shape in round_ones],
-        joint=np.array([int(shape.parentJoint) for shape in round_ones]),
-        start=np.array([shape.placement.translation for shape in round_ones]) - along / 2.0,
-        along=along,
-        radius=np.array([shape.geometry.radius for shape in round_ones]),
+def shapes_of(body: Body) -> Shapes:
+    """Return the round shapes of a body, as it is drawn."""
+    drawn = capsules(body.measures)
+    link = np.array([capsule.link for capsule in drawn])
+    ends = np.array([capsule.ends for capsule in drawn])
+    place = anatomical_to_link(body.table)[link]
+    turn, origin = place[:, :3, :3], place[:, :3, 3]
+    return Shapes(
+        part=[_part(capsule.segment) for capsule in drawn],
+        link=link,
+        start=origin + np.einsum("nij,nj->ni", turn, ends[:, 0]),
+        along=np.einsum("nij,nj->ni", turn, ends[:, 1] - ends[:, 0]),
+        radius=np.array([capsule.radius for capsule in drawn]),
     )
 
 
-def _part(link: int) -> str:
-    """Return what the segment of a link belongs to."""
-    segment = next(name for name, i in SEGMENTS.items() if i == link)
+def _part(segment: str) -> str:
+    """Return what a segment belongs to."""
     kind, _, side = segment.partition("_")
     kind = _KINDS.get(kind, kind if kind in _LIMBS else "trunk")
     return f"{'right' if side == 'r' else 'left'} {kind}" if side and kind != "trunk" else kind
 
 
-def _pairs(shapes: Capsules) -> Iterator[tuple[tuple[str, str], IntArray, IntArray]]:
+def _pairs(shapes: Shapes) -> Iterator[tuple[tuple[str, str], IntArray, IntArray]]:
     """Yield two parts that are not joined, and the shapes of one with those of the other."""
-    parts = sorted(set(shapes.part), key=lambda part: (_ORDER.index(part.split()[-1]), part))
-    members = {part: np.flatnonzero(np.array(shapes.part) == part) for part in parts}
-    for one, other in combinations(members, 2):
+    for (one, first), (other, second) in combinations(_members(shapes), 2):
         if (one, other) not in _NEIGHBOURS and (other, one) not in _NEIGHBOURS:
-            first, second = np.meshgrid(members[one], members[other])
-            yield (one, other), first.ravel(), second.ravel()
+            pairs = np.meshgrid(first, second)
+            yield (one, other), pairs[0].ravel(), pairs[1].ravel()
 
 
-def _placed(body: Body, shapes: Capsules, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _members(shapes: Shapes) -> list[tuple[str, IntArray]]:
+    """Return every part with its shapes, small parts first."""
+    parts = sorted(set(shapes.part), key=lambda part: (_ORDER.index(part.split()[-1]), part))
+    return [(part, np.flatnonzero(np.array(shapes.part) == part)) for part in parts]
+
+
+def _placed(A: FloatArray, shapes: Shapes) -> tuple[FloatArray, FloatArray]:
     """Return start and way along the axis (K, n, 3) of the shapes in the world."""
-    data, poses = body.model.createData(), []
-    for posture in q:
-        pin.forwardKinematics(body.model, data, posture)
-        poses.append([pose.homogeneous for pose in data.oMi])
-    place = np.array(poses)[:, shapes.joint]
+    place = A[:, shapes.link]
     turn, origin = place[..., :3, :3], place[..., :3, 3]
     start, along = (np.einsum("knij,nj->kni", turn, x) for x in (shapes.start, shapes.along))
     return origin + start, along
+
+
+def _outside_load(body: Body, A: FloatArray, points: FloatArray) -> FloatArray:
+    """Return how far points (K, ..., 3) of the world are outside of the load's box, [m]."""
+    thorax = SEGMENTS["thorax"]
+    place = anatomical_to_link(body.table)[thorax].copy()
+    place[:3, 3] = body.load_com
+    pose = A[:, thorax] @ place
+    offset = points - pose[:, None, None, :3, 3]
+    beyond = np.abs(np.einsum("kji,knuj->knui", pose[:, :3, :3], offset))
+    beyond -= np.array(body.load.size) / 2.0
+    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=-1)
+    return np.asarray(outside + np.minimum(beyond.max(axis=-1), 0.0))
 
 
 def _apart(p: FloatArray, u: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:

@@ -33,7 +33,7 @@ _MOST_FRAMES = 65_535  # what 16 bits count
 _LONGEST_NAME = 127
 _LINE = 120  # characters: a text of the file has at most 255
 _LARGEST = float(np.finfo(np.float32).max)
-_ANALOG_RATE = 1000  # of force plates, at least, [Hz]
+_ANALOG_RATE = 500  # of force plates, at least, [Hz]
 _MARGIN = 0.1  # of a plate around the feet, [m]
 _CHANNELS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 _PLATE: FloatArray = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -56,6 +56,21 @@ class _Plate:
     channels: FloatArray
 
 
+def frame_count(gait: Gait, rate: float, name: str) -> int:
+    """Return how many frames the file of a name has, which are counted before they are made.
+
+    Raises
+    ------
+    ResultError
+        If the format cannot count them.
+    """
+    length = STEPS * gait.step_time
+    frames = int(np.ceil(length * rate - 1e-9)) + 1
+    most = int((_MOST_FRAMES - 2) / length)
+    check_count(name, "frames", frames, _MOST_FRAMES, f"at most {most} a second of this walk")
+    return frames
+
+
 def save_c3d(gait: Gait, rate: float, note: Note, path: Path) -> None:
     """Write ``STEPS`` steps of a gait as C3D, `rate` frames a second.
 
@@ -66,9 +81,7 @@ def save_c3d(gait: Gait, rate: float, note: Note, path: Path) -> None:
     """
     import ezc3d  # noqa: PLC0415, 0.2 s to import
 
-    frames = int(np.ceil(STEPS * gait.step_time * rate - 1e-9)) + 1
-    most = int((_MOST_FRAMES - 2) / (STEPS * gait.step_time))
-    check_count(path.name, "frames", frames, _MOST_FRAMES, f"at most {most} a second of this walk")
+    frames = frame_count(gait, rate, path.name)
     per_frame = int(np.ceil(_ANALOG_RATE / rate))
     now = gait.instants(np.arange(frames * per_frame) / (rate * per_frame))
     file = ezc3d.c3d()
@@ -143,7 +156,7 @@ def _add_events(file: Any, gait: Gait, end: float) -> None:
         "LABELS": [words[event.strike][0] for event in events],
         "DESCRIPTIONS": ["from the phases of the scenario"] * len(events),
         "TIMES": np.array([minutes, seconds]),
-        "SUBJECTS": [gait.scenario.name[:_LONGEST_NAME]] * len(events),
+        "SUBJECTS": [_short(gait.scenario.name)] * len(events),
         "ICON_IDS": [words[event.strike][1] for event in events],
         "GENERIC_FLAGS": [0] * len(events),
     }
@@ -168,7 +181,7 @@ def _add_subject(file: Any, gait: Gait) -> None:
         "USED": 1,
         "IS_STATIC": 0,
         "USES_PREFIXES": 0,
-        "NAMES": [gait.scenario.name[:_LONGEST_NAME]],
+        "NAMES": [_short(gait.scenario.name)],
         "MARKER_SETS": ["Plug-in Gait FullBody and 8 more"],
     }
     _add_group(file, "SUBJECTS", about)
@@ -184,6 +197,11 @@ def _add_trial(file: Any, frames: int, rate: float, note: Note) -> None:
     scenario = json.dumps(said.pop("scenario", {}), separators=(",", ":"))
     said["scenario"] = scenario.replace(" ", "\\u0020")  # which would be lost where a line ends
     _add_group(file, "HUMAN_GAIT", {name.upper(): _lines(text) for name, text in said.items()})
+
+
+def _short(name: str) -> str:
+    """Return as much of a name as readers take; the whole is in the note."""
+    return name.encode()[:_LONGEST_NAME].decode(errors="ignore")
 
 
 def _lines(text: str) -> list[str]:

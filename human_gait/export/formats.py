@@ -15,7 +15,7 @@ import numpy as np
 from human_gait.arrays import FloatArray
 from human_gait.export import opensim_tables, tables
 from human_gait.export.bvh import save_bvh
-from human_gait.export.c3d import save_c3d
+from human_gait.export.c3d import frame_count, save_c3d
 from human_gait.export.events import foot_events
 from human_gait.export.markers import save_trc
 from human_gait.export.notes import Note
@@ -171,6 +171,8 @@ def export_gait(
     if unknown:
         raise ValueError(f"no format is called {unknown[0]!r}: choose from {', '.join(FORMATS)}")
     rates = {name: _usual_rate(name) if rate is None else rate for name in formats}
+    if "c3d" in rates:
+        frame_count(gait, rates["c3d"], names.MARKERS_C3D)
     strides = {hertz: sampled(gait, hertz) for hertz in set(rates.values())}
     with our_folder(folder, solved=False) as new:
         for name, hertz in rates.items():

@@ -33,7 +33,7 @@ class Note:
     @classmethod
     def of(cls, gait: Gait) -> Note:
         """Return the note of what is made from a gait."""
-        return cls(gait.scenario, gait_digest(gait), " ".join(no_walk(gait).split()))
+        return cls(gait.scenario, gait_digest(gait), _shown(no_walk(gait)))
 
     def entries(self) -> dict[str, Any]:
         """Return what there is to say, by name, for files that hold JSON."""
@@ -56,6 +56,12 @@ class Note:
 
 
 _TWO_HYPHENS = "-\\u002d"  # the same to a reader of JSON
+
+
+def _shown(text: str) -> str:
+    """Return a text on one line, its control characters as escapes: no format takes them all."""
+    line = " ".join(text.split())
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
 
 
 def _on_one_line(what: Any) -> str:

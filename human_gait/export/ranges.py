@@ -63,7 +63,7 @@ def joint_ranges(
     effort, velocity = np.where(driven, strength, 0.0), np.full(len(DOF_NAMES), _VELOCITY)
     held = lower == upper
     lower, upper = np.where(held, [lower - _NARROWEST, upper + _NARROWEST], [lower, upper])
-    of_position, of_drive = _held(held), [_UNDRIVEN, _NO_VELOCITY]
+    of_position, of_drive = _held(held), [_STRENGTH, _UNDRIVEN, _NO_VELOCITY]
     if motion is not None:
         of_position += _beyond(motion.q, lower, upper)
         lower, upper = _rounded_out(motion.q, lower, upper)
@@ -74,6 +74,7 @@ def joint_ranges(
     return JointRanges(lower, upper, effort, velocity, held, tuple(of_position), tuple(of_drive))
 
 
+_STRENGTH = "effort: the greatest strength of the joint in either sense; a walk may take more"
 _UNDRIVEN = (
     "effort 0: nothing drives the six joints of the pelvis; the ground reaction, which is no part "
     "of this file, holds the body"

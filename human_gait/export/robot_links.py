@@ -4,7 +4,7 @@
 refuse. It gets a bead in the centre of the joint that it is a part of. That is a fixed point of the
 segment behind the joint, and the bead's mass is taken from the segment there: mass and torques stay
 what they are, but for the bead's own inertia, and for what the translations of the pelvis leave
-behind. Both are below 1e-6 of the peak of each torque.
+behind. Both are below 1e-7 of the peak of each torque.
 
 *Corners.* PyBullet ignores the inertia of a file, unless it is told otherwise, and takes that of
 the box around all collision shapes of a link. Two specks in opposite corners of the box that has
@@ -30,7 +30,7 @@ from human_gait.body.links import anatomical_to_link
 from human_gait.body.person import Body
 from human_gait.body.urdf import LINK_NAMES, add_fixed, add_inertial, numbers, roll_pitch_yaw
 
-BEAD_MASS, BEAD_INERTIA = 1e-6, 1e-11
+BEAD_MASS, BEAD_INERTIA = 1e-9, 1e-11
 """Of a bead: mass [kg], inertia about each axis [kg m^2]."""
 
 SOLE_RADIUS = 0.005

@@ -19,11 +19,12 @@ from PIL import Image, PngImagePlugin
 
 from human_gait.exceptions import GaitError, ResultError
 from human_gait.playback.encoder import encoder
-from human_gait.playback.lettering import banner, labelled
+from human_gait.playback.lettering import labelled, stacked, warning_strip
 from human_gait.playback.picture import VIEWS, Walker, downscaled, stage_for
 from human_gait.playback.still import strobe
 from human_gait.results.folder import whole_file
 from human_gait.results.names import FILM
+from human_gait.results.ours import check_free
 from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait_file import folder_of, load_gait
 
@@ -84,8 +85,12 @@ def film(
         If there is no gait that can be read, or no encoder, or the file cannot be written.
     """
     target = _target(gait, path)
+    if path is None:
+        check_free(target.parent, [target.name])
     suffix = target.suffix.lower()
     _check(target, view, size)
+    if path is None:
+        check_free(target.parent, [target.name])
     encode = encoder(target) if suffix == ".mp4" else ""
     given = [gait] if second is None else [gait, second]
     gaits = [load_gait(one) if isinstance(one, str | Path) else one for one in given]
@@ -132,7 +137,7 @@ def _check(target: Path, view: str, size: tuple[int, int] | None) -> None:
 
 def _said_of(gaits: Sequence[Gait]) -> str:
     """Return what a file says of its walks, in one line."""
-    walks = [f"{one.scenario.name} (gait {gait_digest(one)})" for one in gaits]
+    walks = [f"{one.scenario.name} (gait={gait_digest(one)})" for one in gaits]
     return " ".join([f"human-gait: {' and '.join(walks)}.", *filter(None, map(no_walk, gaits))])
 
 
@@ -141,16 +146,15 @@ def _frames(
 ) -> Iterator[Image.Image]:
     """Yield n pictures of a stride, at even phases; the first follows the last."""
     width, height = size
-    each = (width // len(walkers), height)
-    stages = [stage_for(walkers, view, each) for _ in walkers]
+    words = " ".join(dict.fromkeys(filter(None, (no_walk(one.gait) for one in walkers))))
+    warning = warning_strip(width // len(walkers) * len(walkers), height, words)
+    each = (width // len(walkers), height - warning.height)
+    stage = stage_for(walkers, view, each)
     names = [one.gait.scenario.name for one in walkers] if len(walkers) > 1 else []
-    warning = " ".join(dict.fromkeys(filter(None, (no_walk(one.gait) for one in walkers))))
     for k in range(n):
-        drawn = [
-            downscaled(stage.draw(one, k / n)) for stage, one in zip(stages, walkers, strict=True)
-        ]
+        drawn = [downscaled(stage.draw(one, k / n)) for one in walkers]
         picture = Image.fromarray(np.concatenate(drawn, axis=1))
-        yield banner(labelled(picture, names), warning)
+        yield stacked([labelled(picture, names), warning])
         if progress:
             progress(k + 1, n)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PIL import Image
 
-from human_gait.playback.lettering import banner, labelled
+from human_gait.playback.lettering import stacked, titled, warning_strip
 from human_gait.playback.picture import Stage, Walker, cell_width, downscaled, stage_for
 from human_gait.walk.described import no_walk
 
@@ -51,18 +51,16 @@ def strobe(
         _row(stage, walker, name if len(walkers) > 1 else "")
         for walker, name in zip(walkers, names, strict=True)
     ]
-    return Image.fromarray(np.concatenate([np.asarray(row) for row in rows]))
+    return stacked(rows)
 
 
 def _row(stage: Stage, walker: Walker, name: str) -> Image.Image:
     phases = np.arange(_PHASES) / _PHASES
     drawn = [downscaled(stage.draw(walker, phase)) for phase in phases]
-    row = labelled(
-        Image.fromarray(np.concatenate(drawn, axis=1)), [f"{100 * phase:.0f} %" for phase in phases]
-    )
-    if name:
-        labelled(row, [name], at_top=False)
-    return banner(row, no_walk(walker.gait))
+    row = Image.fromarray(np.concatenate(drawn, axis=1))
+    heads = [f"{100 * phase:.0f} %" for phase in phases]
+    warning = warning_strip(row.width, row.height, no_walk(walker.gait))
+    return stacked([titled(row, [[name]] * bool(name) + [heads]), warning])
 
 
 def still_address(gaits: Sequence[Gait], called: Sequence[str] = ()) -> str:

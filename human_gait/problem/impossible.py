@@ -74,11 +74,25 @@ def impossible(scenario: Scenario, walker: Walker, basis: Basis) -> list[Suggest
         If it names a DOF that does not exist or leaves one without range.
     """
     return [
+        *_resolution(scenario, basis),
         *_knee(scenario),
         *_progress(scenario, basis),
         *_slope(scenario, walker),
         *_reach(scenario, walker, basis),
     ]
+
+
+def _resolution(scenario: Scenario, basis: Basis) -> Iterator[Suggestion]:
+    """Find more polynomial pieces than there are instants that say what they do."""
+    grid = scenario.discretisation
+    instants = grid.intervals * grid.dynamics_per_interval
+    if basis.n_pieces > instants:
+        least = math.ceil(basis.n_pieces / grid.dynamics_per_interval)
+        because = (
+            f"{grid.control_points} control points are {basis.n_pieces} spline pieces, more than "
+            f"the {instants} instants at which anything holds them"
+        )
+        yield Suggestion("discretisation.intervals", f"at least {least}", because)
 
 
 def _knee(scenario: Scenario) -> Iterator[Suggestion]:
@@ -113,7 +127,7 @@ def _progress(scenario: Scenario, basis: Basis) -> Iterator[Suggestion]:
             f"a step of {walk.step_length:g} m at {walk.speed:g} +- "
             f"{scenario.tolerances.pelvis_speed:g} m/s, Eq. (23), takes a range of {least:.2f} m"
         )
-        yield Suggestion(f"limits.{own[0].name}", f"one of {_up(least)} m or more", because)
+        yield Suggestion(f"limits.{own[0].name}", f"one of {rounded_up(least)} m or more", because)
 
 
 def _least_progress(scenario: Scenario, basis: Basis) -> float:
@@ -164,7 +178,7 @@ def _slope(scenario: Scenario, walker: Walker) -> Iterator[Suggestion]:
             f"where both feet are loaded they push towards one point {1.0 / plan.spread:.2f} m up, "
             f"{apart:.2f} m apart"
         )
-        change = f'at least {_up(least)}, or ground.sharing = "parallel"'
+        change = f'at least {rounded_up(least)}, or ground.sharing = "parallel"'
         yield Suggestion("ground.friction", change, because)
 
 
@@ -209,7 +223,7 @@ def _wider(limited: DofRange, usual: Nearest) -> str:
     return f"a wider range, such as [{low:.4g}, {high:.4g}]"
 
 
-def _up(value: float) -> str:
+def rounded_up(value: float) -> str:
     """Return a bound with two decimals, rounded so that it holds."""
     return f"{math.ceil(100.0 * value - 1e-9) / 100.0:.2f}"
 

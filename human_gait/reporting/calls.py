@@ -100,7 +100,7 @@ def report(
     given = [results] if isinstance(results, Gait | str | Path) else list(results)
     target = _page_of(given) if out is None else Path(out)
     with _folders(given) as folders:
-        page = report_page(folders, target)
+        page = report_page(folders)
     if out is None:
         check_free(target.parent, [target.name])
     with whole_file(target) as path:

@@ -11,7 +11,6 @@ from human_gait.body.skeleton import GRAVITY, N_DOF
 from human_gait.reporting.cells import Cell, Table, number
 from human_gait.reporting.results import Result
 
-_MINUS = "\N{MINUS SIGN}"
 _GLOBAL = 6  # degrees of freedom that no joint drives
 
 
@@ -100,15 +99,14 @@ def key_numbers(results: Sequence[Result]) -> Table:
 
 def _change(quantity: Quantity, before: float, after: float) -> Cell:
     if quantity.kind == "angle":
-        return _signed(after - before, "deg")
-    return _signed(100.0 * (after / before - 1.0), "%") if before else Cell("\N{EN DASH}")
+        return _signed(after - before, "\N{DEGREE SIGN}")
+    share = 100.0 * (after / before - 1.0) if before else np.nan
+    return _signed(share, "\N{NO-BREAK SPACE}%")
 
 
 def _signed(value: float, unit: str) -> Cell:
-    if not np.isfinite(value):
-        return Cell("\N{EN DASH}")
-    text = f"{round(value, 1) + 0.0:+.1f}\N{NO-BREAK SPACE}{unit}".replace("-", _MINUS)
-    return Cell(text, float(value))
+    cell = number(round(value, 1) + 0.0, "+.1f")  # no -0.0
+    return cell if cell.value is None else Cell(cell.text + unit, float(value))
 
 
 def sentences(results: Sequence[Result]) -> tuple[str, ...]:

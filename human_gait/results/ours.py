@@ -18,7 +18,7 @@ from human_gait.results.folder import replaced_folder
 from human_gait.results.names import AGREEMENT, EXPORT, GAIT_FILE
 
 _HEAD = 2**16  # bytes in which a file says what it is
-_DIGEST = rb'\bgaits?(?:_digest)?(?:=|\0|": |" content=)"?[0-9a-f]{16}\b|"gaits": \{'
+_DIGEST = rb'\bgaits?(?:_digest)?(?:=| |\0|": |" content=)"?[0-9a-f]{16}\b|"gaits": \{'
 _BEGINNINGS = (  # of files of all versions that have no digest
     rb"\APK.*format\.npy.*about\.npy",  # gait.npz
     rb"\APK.*(?:joint limit|ZMP stability|contact position|__gait__|__names__)\.npy",

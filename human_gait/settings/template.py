@@ -84,7 +84,9 @@ def _head(target: Path, template: str) -> Iterator[str]:
 
 def _leading_comment(template: str) -> Iterator[str]:
     """Yield what the template says of itself ahead of its settings."""
-    for line in scenario_file(template).read_text(encoding="utf-8-sig").splitlines():
+    file = scenario_file(template)
+    text = file.read_text(encoding="utf-8-sig") if file.is_file() else ""  # a pipe is read once
+    for line in text.splitlines():
         if not line.startswith("#"):
             break
         if not line.startswith("#:"):

@@ -12,7 +12,7 @@ import numpy as np
 
 from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, GRAVITY, in_words
 from human_gait.checks.check import Check, Kind
-from human_gait.problem.impossible import Suggestion, impossible
+from human_gait.problem.impossible import Suggestion, impossible, rounded_up
 from human_gait.problem.program import GaitProgram
 from human_gait.problem.violation import Violation
 from human_gait.scenario import STEP_HALF_ANGLE_DEG, Scenario
@@ -91,11 +91,11 @@ def suggestions(program: GaitProgram, solution: Solution, checks: list[Check]) -
     checks : list of Check
         Of its gait, passed or not.
     """
-    if solution.interrupted:
-        return [Suggestion("predict", "let it run to its end", "the solve was interrupted")]
     scenario, broken = program.scenario, not_kept(program.scenario, solution.violations)
-    failed = [check for check in checks if not check.passed]
     known = impossible(scenario, program.functions.walker, program.basis)
+    if solution.interrupted and not known:
+        return [Suggestion("predict", "let it run to its end", "the solve was interrupted")]
+    failed = [check for check in checks if not check.passed]
     found = [*known, *_pace(scenario), *_reach(scenario), *_body(scenario)]
     if broken:
         found += _held(program, solution, broken[0]) if not known else []
@@ -105,7 +105,15 @@ def suggestions(program: GaitProgram, solution: Solution, checks: list[Check]) -
     found += _friction(program, failed) if not found else []
     if broken and not found:
         found += _relaxed(broken[0], scenario)
-    return [*found, *_solver(solution, broken, bool(found))]
+    return _once([*found, *_solver(solution, broken, bool(found))])
+
+
+def _once(found: list[Suggestion]) -> list[Suggestion]:
+    """Return one suggestion for each setting, the first."""
+    first: dict[str, Suggestion] = {}
+    for one in found:
+        first.setdefault(one.key, one)
+    return list(first.values())
 
 
 def _pace(scenario: Scenario) -> Iterator[Suggestion]:
@@ -149,7 +157,8 @@ def _body(scenario: Scenario) -> Iterator[Suggestion]:
     subject, load = scenario.subject, scenario.load.mass
     bmi = subject.mass / subject.stature**2
     if not BMI[0] <= bmi <= BMI[1]:
-        low, high = (bound * subject.stature**2 for bound in BMI)
+        allowed = subject.rule("mass")["range"]
+        low, high = np.clip([bound * subject.stature**2 for bound in BMI], *allowed)
         because = f"{subject.mass:g} kg at {subject.stature:g} m is a BMI of {bmi:.0f} kg/m^2"
         yield Suggestion("subject.mass", f"{low:.0f} to {high:.0f} at this stature", because)
     if load > HEAVY_LOAD * subject.mass:
@@ -160,11 +169,15 @@ def _body(scenario: Scenario) -> Iterator[Suggestion]:
 def _held(program: GaitProgram, solution: Solution, worst: Violation) -> Iterator[Suggestion]:
     """Find limits of the scenario that joints would have to pass to keep the worst row."""
     limits = program.scenario.limits
-    for name, bound in _against_limits(program, solution, worst):
+    found = _against_limits(program, solution, worst)
+    frozen = [name for name, _ in found if name in limits.frozen]
+    if frozen:
+        joints = ", ".join(map(in_words, frozen))
+        because = f"{joints}, held at 0, in the way of {worst.what}"
+        yield Suggestion("limits.frozen", f"leave out {', '.join(frozen)}", because)
+    for name, bound in found:
         because = f"{in_words(name)}, held at {bound}, is in the way of {worst.what}"
-        if name in limits.frozen:
-            yield Suggestion("limits.frozen", f"leave out {name}", because)
-        elif name in {limited.name for limited in limits.ranges}:
+        if name in {limited.name for limited in limits.ranges}:
             yield Suggestion(f"limits.{name}", "a wider range", because)
 
 
@@ -211,12 +224,12 @@ def _resolution(program: GaitProgram, worst: Violation) -> Iterator[Suggestion]:
 
 def _between(program: GaitProgram, solution: Solution, failed: list[Check]) -> Iterator[Suggestion]:
     """Find what is kept at the instants of the grid, not between them."""
-    if not solution.converged:
+    grid, pieces = program.scenario.discretisation, program.basis.n_pieces
+    if not (solution.converged or pieces > grid.intervals):
         return
     names = ", ".join(check.name for check in failed if check.kind is Kind.INSTANTS)
     if not names:
         return
-    grid = program.scenario.discretisation
     because = f"kept at {len(program.times)} instants, not between them: {names}"
     most = int(grid.rule("intervals")["range"][1])
     if grid.intervals < most:
@@ -243,13 +256,16 @@ def _passing(scenario: Scenario, failed: list[Check]) -> Iterator[Suggestion]:
 
 def _friction(program: GaitProgram, failed: list[Check]) -> Iterator[Suggestion]:
     """Find a floor too slippery; shorter steps need less friction."""
-    scenario = program.scenario
-    for check in failed:
-        if check.kind is Kind.FRICTION:
-            because = f"{check.value:.2f} of friction is needed, the floor gives {check.limit:g}"
-            now = scenario.walk.step_length
-            yield Suggestion("walk.step_length", f"shorter than {now:g} m", because)
-            yield Suggestion("ground.friction", f"at least {check.value:.2f}", because)
+    slips = [check for check in failed if check.kind is Kind.FRICTION]
+    if not slips:
+        return
+    worst, scenario = max(slips, key=lambda check: check.value), program.scenario
+    because = f"{worst.value:.2f} of friction is needed, the floor gives {worst.limit:g}"
+    now, shortest = scenario.walk.step_length, scenario.walk.rule("step_length")["range"][0]
+    if now > shortest:
+        yield Suggestion("walk.step_length", f"shorter than {now:g} m", because)
+    if worst.value <= scenario.ground.rule("friction")["range"][1]:
+        yield Suggestion("ground.friction", f"at least {rounded_up(worst.value)}", because)
 
 
 def _relaxed(worst: Violation, scenario: Scenario) -> list[Suggestion]:

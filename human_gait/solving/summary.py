@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from human_gait.body.limits import mirrored_limits
 from human_gait.checks.check import NO_LIMIT, Check
 from human_gait.checks.verification import verify
 from human_gait.problem.program import GaitProgram
@@ -70,6 +71,7 @@ def summary_content(kept: Attempt, attempts: list[Attempt], seed: int) -> dict[s
         "step_length_m": scenario.walk.step_length,
         "body_mass_kg": scenario.subject.mass,
         "load_kg": scenario.load.mass,
+        "limits_by_symmetry": mirrored_limits(scenario),
         "settings_that_move_limits": [asdict(one) for one in departures(scenario)],
         "scenario": scenario.to_dict(),
         "versions": {"python": platform.python_version()}
