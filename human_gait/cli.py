@@ -182,9 +182,22 @@ def explain(folder: ResultFolder) -> None:
     from rich.console import Console
 
     from human_gait.results.explanation import explained
+    from human_gait.walk.belonging import own_gait
 
+    own_gait(folder)
     shown = explained(folder)
     Console(highlight=False, markup=False).print(shown, soft_wrap=isinstance(shown, str))
+
+
+def _loaded(folder: Path) -> Any:
+    """Return the gait of a result; where that is no walk, a note says so."""
+    from human_gait.walk.described import no_walk
+    from human_gait.walk.gait_file import load_gait
+
+    gait = load_gait(folder)
+    if why := no_walk(gait):
+        typer.echo(f"note: {folder}: {why}", err=True)
+    return gait
 
 
 @app.command()
@@ -209,12 +222,10 @@ def play(
         check_result(second)
     elif overlay:
         raise typer.BadParameter("needs a second result, DIR2", param_hint="--overlay")
-    from human_gait.walk.gait_file import load_gait
-
-    gait = load_gait(folder)
+    gait = _loaded(folder)
     pair: dict[str, Any] = {}
     if second:
-        pair = {"second": load_gait(second), "overlay": overlay}
+        pair = {"second": _loaded(second), "overlay": overlay}
     if save:
         from human_gait.playback.page import save_playback
 
@@ -233,9 +244,8 @@ def plot(folder: ResultFolder) -> None:
     check_result(folder)
     from human_gait.pictures.plots import PLOTS, save_plots
     from human_gait.playback.page import save_playback
-    from human_gait.walk.gait_file import load_gait
 
-    gait = load_gait(folder)
+    gait = _loaded(folder)
     save_plots(gait, folder)
     with whole_file(folder / PLAYBACK) as path:
         save_playback(gait, path)
@@ -317,14 +327,13 @@ def export(
     """Write one stride of a result for OpenSim, motion capture, animation and robot programs."""
     check_result(folder)
     from human_gait.export.formats import FORMATS, RATES, export_gait
-    from human_gait.walk.gait_file import load_gait
 
     if rate is not None and not RATES[0] <= rate <= RATES[1]:
         raise GaitError(f"--rate = {rate}: must be from {RATES[0]} to {RATES[1]} Hz")
 
     target = out or folder / EXPORT
     names = [name.value for name in formats] if formats else list(FORMATS)
-    files = export_gait(load_gait(folder), target, names, rate)
+    files = export_gait(_loaded(folder), target, names, rate)
     typer.echo(f"wrote {len(files)} files to {target}")
 
 

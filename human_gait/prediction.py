@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from human_gait import console
+from human_gait.checks.folder import folder_checks
 from human_gait.checks.verification import verify
 from human_gait.exceptions import ResultError
 from human_gait.problem.program import GaitProgram, build_program
@@ -20,6 +20,7 @@ from human_gait.results.names import (
     VERIFICATION,
     result_files,
 )
+from human_gait.results.sealed import write_json
 from human_gait.scenario import Scenario
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import posture
@@ -31,6 +32,7 @@ from human_gait.solving.summary import (
     summary_content,
 )
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
+from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import save_gait_cycle
 from human_gait.walk.gait_file import load_gait, load_record
@@ -73,14 +75,23 @@ def refine_to_folder(
     ScenarioError
         If the gait has as many control points, or more.
     """
+    _warn_of(gait)
     program, start = refined_program(gait, n_control_points, dynamics)
     return _solve_to_folder(program, solver, folder, Start(GIVEN, start)).success
 
 
 def _warm_start(folder: Path, program: GaitProgram) -> Start:
     """Return the walk of a result as the start of a program."""
-    multipliers = fitting(load_multipliers(folder), program)
-    return Start(WARM, adapted(load_gait(folder), program), multipliers, alone=False)
+    gait = load_gait(folder)
+    _warn_of(gait)
+    multipliers = fitting(load_multipliers(gait, folder), program)
+    return Start(WARM, adapted(gait, program), multipliers, alone=False)
+
+
+def _warn_of(start: Gait) -> None:
+    """Say that what is started from is no walk, if it is none."""
+    if why := no_walk(start):
+        console.warn(f"{start.scenario.name}: {why} It is started from all the same.")
 
 
 def predict_by_all_solvers(scenario: Scenario, folder: Path, dynamics: str = "pinocchio") -> bool:
@@ -128,6 +139,7 @@ def _solve_to_folder(
 def verify_folder(folder: Path) -> bool:
     """Check the gait of a result anew, from the file alone; return whether it is a walk.
 
+    The other files of the folder have to belong to it; those that do not are named.
     Prints the table of checks and writes it to ``verification.json``; where that cannot be written
     it warns on standard error, in one line.
 
@@ -137,12 +149,14 @@ def verify_folder(folder: Path) -> bool:
         If there is no gait that can be read.
     """
     record = load_record(folder)
-    checks = verify(record)
+    files, wrong = folder_checks(record.gait, folder)
+    checks = [*verify(record), *files]
     console.show_checks(record.gait.scenario, checks)
-    found = json.dumps(checks_content(checks), indent=2)
+    for one in wrong:
+        console.warn(one)
     try:
         with whole_file(folder / VERIFICATION) as path:
-            path.write_text(found + "\n", encoding="utf-8")
+            write_json(path, checks_content(checks), gait_digest(record.gait))
     except ResultError as error:
         console.warn(error)
     return all(check.passed for check in checks)
@@ -155,13 +169,13 @@ def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> A
 
     with replaced_folder(folder, OURS) as new:
         kept, gait = save_verified(kept, seed, new)
-        save_multipliers(gait.multipliers, new)
+        save_multipliers(gait, new)
         contents = {
             SUMMARY: summary_content(kept, attempts, seed),
             EXPLANATION: explanation_content(kept.program, kept.solution),
         }
         for name, content in contents.items():
-            (new / name).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+            write_json(new / name, content, gait_digest(gait))
         save_gait_cycle(gait, new / GAIT_CYCLE)
         save_plots(gait, new)
         save_playback(gait, new / PLAYBACK)

@@ -18,6 +18,7 @@ from matplotlib.patches import Patch
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import GRAVITY
+from human_gait.people.pictures import warn_on
 from human_gait.pictures.footprints import zmp
 from human_gait.pictures.sticks import stick_diagram
 from human_gait.pictures.style import (
@@ -37,6 +38,7 @@ from human_gait.pictures.style import (
     widen,
 )
 from human_gait.results.folder import whole_file
+from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait_cycle import gait_cycle
 
 if TYPE_CHECKING:
@@ -73,8 +75,9 @@ def save_plots(gait: Gait, folder: str | Path) -> None:
     for name, draw in PLOTS.items():
         with mpl.rc_context(STYLE):
             figure = draw(gait)
+            warn_on(figure, no_walk(gait))
             with whole_file(target / f"{name}.png") as path:
-                figure.savefig(path, dpi=DPI)
+                figure.savefig(path, dpi=DPI, metadata={"gait": gait_digest(gait)})
 
 
 def joint_torques(gait: Gait) -> Figure:
@@ -163,4 +166,6 @@ def plot(gait: Gait, name: str) -> Figure:
     if name not in PLOTS:
         raise ValueError(f"no picture is called {name!r}: choose from {', '.join(PLOTS)}")
     with mpl.rc_context(STYLE):
-        return PLOTS[name](gait)
+        figure = PLOTS[name](gait)
+        warn_on(figure, no_walk(gait))
+        return figure
