@@ -96,6 +96,11 @@ def show_checks(scenario: Scenario, checks: list[Check]) -> None:
     show(_check_table(checks))
 
 
+def tell(what: object) -> None:
+    """Print a line that is no markup, however long."""
+    Console(highlight=False).print(str(what), soft_wrap=True, markup=False)
+
+
 def warn(what: object) -> None:
     """Print a warning on standard error, in one line."""
     told = Console(stderr=True, highlight=False)

@@ -153,7 +153,7 @@ def verify_folder(folder: Path) -> bool:
     checks = [*verify(record), *files]
     console.show_checks(record.gait.scenario, checks)
     for one in wrong:
-        console.warn(one)
+        console.tell(one)
     try:
         with whole_file(folder / VERIFICATION) as path:
             write_json(path, checks_content(checks), gait_digest(record.gait))
