@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
+from unicodedata import category
 
 Shape: TypeAlias = "type | Mapping[str, Shape] | Many | Maybe | Between"
 
@@ -17,6 +18,7 @@ _LARGEST = 1e300  # of a number
 _LONGEST = 2_000  # signs of a text
 _MOST = 20_000  # in a list or a table
 _SHOWN = 40
+_STEERING = ("Cc", "Cf", "Cs")  # controls, marks of direction, halves of a pair of surrogates
 
 
 @dataclass(frozen=True)
@@ -196,7 +198,9 @@ def _fault(content: Any, kind: Any) -> str:
     if kind is bool:
         return "" if isinstance(content, bool) else "true or false"
     if kind is str:
-        return "" if isinstance(content, str) and _is_text(content) else "a text"
+        return (
+            "" if isinstance(content, str) and _is_text(content) else "a text without control signs"
+        )
     if isinstance(content, bool) or not isinstance(content, int | float):
         return "a number"
     if kind is int and not (isinstance(content, int) and 0 <= content < 2**53):
@@ -207,11 +211,8 @@ def _fault(content: Any, kind: Any) -> str:
 
 
 def _is_text(text: str) -> bool:
-    try:
-        text.encode()
-    except UnicodeEncodeError:  # half of a pair of surrogates
-        return False
-    return len(text) <= _LONGEST
+    """Tell whether a text is one that a terminal can show: nothing in it steers the terminal."""
+    return len(text) <= _LONGEST and not any(category(sign) in _STEERING for sign in text)
 
 
 def _shown(content: Any) -> str:
@@ -227,4 +228,4 @@ def _shown(content: Any) -> str:
 
 def _cut(text: str) -> str:
     short = text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
-    return short.encode("utf-8", "replace").decode()
+    return "".join("?" if category(sign) in _STEERING else sign for sign in short)
