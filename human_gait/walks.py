@@ -6,35 +6,41 @@ what goes in and comes out.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 from human_gait import console
-from human_gait.checks.table import Checks, verify
-from human_gait.exceptions import NoSolutionFound
+from human_gait.checks.table import Checks
+from human_gait.exceptions import NoSolutionFound, SolveInterrupted
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.program import GaitProgram, build_program
-from human_gait.results.folder import replaced_folder
 from human_gait.results.names import EXPLANATION, GAIT_CYCLE, SUMMARY, result_files
+from human_gait.results.ours import our_folder
 from human_gait.results.reading import read_json
+from human_gait.results.sealed import write_json
+from human_gait.results.shapes import FOUND
 from human_gait.scenario import Scenario, load_scenario
 from human_gait.solving.diagnosis import not_kept, suggestions
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import Solution
 from human_gait.solving.starts import GIVEN, WARM, Attempt, Start, Tell, best, climb
-from human_gait.solving.summary import explanation_content, own_bounds, summary_content
+from human_gait.solving.summary import (
+    explanation_content,
+    found_gait,
+    save_verified,
+    summary_content,
+)
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
 from human_gait.solving.watch import Iterate
+from human_gait.stopping import TIME_LIMIT, checked_limit, running, under_way
+from human_gait.walk.described import gait_digest, was_changed
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import save_gait_cycle
-from human_gait.walk.gait_file import folder_of, load_gait, load_record, save_gait
+from human_gait.walk.gait_file import folder_of, load_gait
 
 Progress = bool | Callable[[Iterate], None]
-
-_TOLD = ("success", "start", "seed", "dynamics", "iterations", "evaluations")  # of a summary
 
 
 def predict(  # noqa: PLR0913, options that are given by name
@@ -47,6 +53,7 @@ def predict(  # noqa: PLR0913, options that are given by name
     progress: Progress = False,
     costs: Sequence[RunningCost] = (),
     constraints: Sequence[PathConstraint] = (),
+    time_limit: float | None = TIME_LIMIT,
 ) -> Gait:
     """Return the predicted gait of a scenario.
 
@@ -69,6 +76,8 @@ def predict(  # noqa: PLR0913, options that are given by name
         Of one's own, added to the objective.
     constraints : sequence of PathConstraint
         Of one's own.
+    time_limit : float or None, [s]
+        When it gives up at the latest; None for when all ways have been tried.
 
     Returns
     -------
@@ -83,11 +92,17 @@ def predict(  # noqa: PLR0913, options that are given by name
     ResultError
         If there is no walk to start from.
     NoSolutionFound
-        If the solver did not converge or a check fails; it carries the best gait so far and, as
-        its report, the constraints that are not kept, the checks that failed and what to try.
-        ValueError
-        If there is no such solver or dynamics, or a cost or constraint of one's own returns what it
-        should not, or has bounds that nothing is between.
+        If the solver did not converge, had no time left, or a check fails; it carries the best gait
+        so far and, as its report, the constraints that are not kept, the checks that failed and
+        what to try.
+    SolveInterrupted
+        If it is interrupted (Ctrl-C, in a notebook "interrupt the kernel"): it carries the same,
+        and is a KeyboardInterrupt as well.
+    KeyboardInterrupt
+        If it is interrupted before there is anything to carry.
+    ValueError
+        If there is no such solver, dynamics or time limit, or a cost or constraint of one's own
+        returns what it should not, or has bounds that nothing is between.
     TypeError
         If `warm_from` is no gait or path, or own costs and constraints are no such things.
     """
@@ -95,14 +110,16 @@ def predict(  # noqa: PLR0913, options that are given by name
         raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
     task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     before = _walk_before(warm_from)
-    program = build_program(task, None, dynamics, costs, constraints)
-    start = None if before is None else _warm_start(before, program)
-    with _telling(progress) as tell:
-        kept = best(climb(program, solver, start, seed, tell))
-    gait = _with_its_story(kept, seed)
-    if not kept.success:
-        raise _no_solution(kept, gait)
-    return gait
+    with running(checked_limit(time_limit)) as run:
+        program = build_program(task, None, dynamics, costs, constraints)
+        start = None if before is None else _warm_start(before, program)
+        run.asked.hold()
+        with _telling(progress) as tell:
+            kept = best(climb(program, solver, start, seed, tell))
+        gait = found_gait(kept, seed)
+        if not kept.success:
+            raise _no_solution(kept, gait)
+        return gait
 
 
 def load(path: str | Path) -> Gait:
@@ -125,24 +142,25 @@ def load(path: str | Path) -> Gait:
     """
     gait, folder = load_gait(path), folder_of(path)
     solution = dict(gait.solution)
-    if (folder / SUMMARY).is_file():
-        solution |= read_json(folder / SUMMARY, lambda found: {key: found[key] for key in _TOLD})
-    return replace(gait, solution=solution, multipliers=load_multipliers(folder))
+    if not solution.keys() >= FOUND.keys() and (folder / SUMMARY).is_file():
+        found = read_json(folder / SUMMARY, FOUND)
+        solution |= {key: found[key] for key in FOUND}
+    return replace(gait, solution=solution, multipliers=load_multipliers(gait, folder))
 
 
 def save(gait: Gait, folder: str | Path) -> Path:
     """Write a gait as a result without pictures, as `Gait.save` says, and return the folder."""
-    with replaced_folder(Path(folder), result_files(SOLVERS), solved=False) as new:
-        save_gait(gait, new)
-        save_multipliers(gait.multipliers, new)
-        save_gait_cycle(gait, new / GAIT_CYCLE)
-        kept = replace(_attempt(gait), checks=verify(load_record(new)))
+    seed = int(gait.solution.get("seed", 0))
+    with our_folder(Path(folder), result_files(SOLVERS), solved=False) as new:
+        kept, saved = save_verified(_attempt(gait), seed, new)
+        save_multipliers(saved, new)
+        save_gait_cycle(saved, new / GAIT_CYCLE)
         contents = {
-            SUMMARY: summary_content(kept, [kept], int(gait.solution.get("seed", 0))),
+            SUMMARY: summary_content(kept, [kept], seed),
             EXPLANATION: explanation_content(kept.program, kept.solution),
         }
         for name, content in contents.items():
-            (new / name).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+            write_json(new / name, content, gait_digest(saved))
     return Path(folder)
 
 
@@ -171,27 +189,15 @@ def _telling(progress: Progress) -> Iterator[Callable[[str], Tell | None]]:
         yield lambda _: told
 
 
-def _with_its_story(kept: Attempt, seed: int) -> Gait:
-    """Return the gait of an attempt with all that is known of how it was found."""
-    solution = kept.solution
-    story = {
-        "success": kept.success,
-        "start": kept.start,
-        "seed": seed,
-        "dynamics": kept.program.dynamics,
-        "iterations": solution.iterations,
-        "evaluations": solution.evaluations,
-    }
-    found = {**solution.gait.solution, **story, **own_bounds(kept.program, solution)}
-    return replace(solution.gait, solution=found, multipliers=solution.multipliers)
-
-
 def _no_solution(kept: Attempt, gait: Gait) -> NoSolutionFound:
     solution, checks = kept.solution, Checks(kept.checks)
     broken = not_kept(kept.program.scenario, solution.violations)
     tries = suggestions(kept.program, solution, kept.checks)
-    message = f"{solution.solver} stopped: {solution.status}"
-    return NoSolutionFound(message, gait, [*broken, *checks.failed, *tries])
+    run = under_way()
+    parts = dict.fromkeys([solution.status, run.over])
+    message = f"{solution.solver} stopped: {', '.join(part for part in parts if part)}"
+    kind = SolveInterrupted if run.asked.signal else NoSolutionFound
+    return kind(message, gait, [*broken, *checks.failed, *tries])
 
 
 def _attempt(gait: Gait) -> Attempt:
@@ -200,7 +206,7 @@ def _attempt(gait: Gait) -> Attempt:
     program = _program(gait)
     solution = Solution(
         gait=gait,
-        converged=bool(gait.multipliers),  # nothing else leaves any
+        converged=bool(gait.multipliers) and not was_changed(gait),  # nothing else leaves any
         interrupted=False,
         solver=str(found.get("solver", "unknown")),
         status=str(found.get("status", "unknown")),
@@ -220,7 +226,7 @@ def _program(gait: Gait) -> GaitProgram:
     Costs and constraints of one's own are functions, which no gait carries; it knows only what
     their bounds cost (`own_bounds`).
     """
-    program = build_program(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
+    program = GaitProgram(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
     held = program.with_friction()
     more = {one.name for one in held.constraints} - {one.name for one in program.constraints}
     return held if more & gait.multipliers.keys() else program

@@ -30,6 +30,7 @@ from human_gait.solving.diagnosis import Suggestion
 from human_gait.solving.drake_solvers import OPTIONS, SOLVERS
 from human_gait.solving.starts import OWN_GUESS, WARM
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
+from human_gait.walk.described import no_walk
 from human_gait.walk.gait_cycle import load_gait_cycle
 from human_gait.walk.gait_file import load_gait, save_gait
 from human_gait.walks import predict
@@ -90,6 +91,10 @@ def test_a_solve_that_fails_keeps_everything_it_has(failed, solver):
     gait = load_gait(folder)
     assert gait.scenario == TASK
     assert gait.solution["solver"] == solver
+    assert gait.solution["success"] is False
+    assert no_walk(gait).startswith(
+        f"This is no walk: {solver} ended with '{LIMIT_REACHED[solver]}"
+    )
     assert len(load_gait_cycle(folder / "gait_cycle.csv")["knee_flexion_deg"]) == 101
 
 
@@ -97,11 +102,13 @@ def test_a_solve_that_fails_keeps_everything_it_has(failed, solver):
 def test_files_of_ones_own_stay_and_what_was_made_from_the_old_result_goes(tmp_path):
     stale = [f"{folder}export/{name}" for folder in ("", "newton/") for name in EXPORTED]
     stale += ["compare.csv", "report.html", "verification.json", "agreement.json"]
-    stale += ["newton/gait.npz", "snopt/summary.json"]
+    stale += ["newton/summary.json", "snopt/summary.json"]
     own = ["export/my_setup.xml", "newton/notes.txt", "model.osim", "export/mine/motion.bvh"]
     for name in (*stale, *own):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text("old")
+        (tmp_path / name).write_text("old" if name in own else "gait_digest=0123456789abcdef")
+    for folder in ("", "newton", "snopt"):
+        save_gait(guessed_gait(), tmp_path / folder)
     predict_to_folder(TASK, "newton", tmp_path)
     assert [name for name in stale if (tmp_path / name).exists()] == []
     assert [name for name in own if not (tmp_path / name).exists()] == []
@@ -244,9 +251,11 @@ def other_walk(tmp_path_factory):
     """A result with multipliers of a slightly slower walk, made up."""
     folder, task = tmp_path_factory.mktemp("walk"), scenario(1.15, control_points=6)
     program = room.build_program(task)
-    save_gait(program.gait(program.guess()), folder)
+    gait = program.gait(program.guess())
+    save_gait(gait, folder)
     rows = {c.name: len(c.lower) for c in program.constraints} | {"joint limit": 3 * 55}
-    save_multipliers({name: np.linspace(-1.0, 1.0, n) for name, n in rows.items()}, folder)
+    multipliers = {name: np.linspace(-1.0, 1.0, n) for name, n in rows.items()}
+    save_multipliers(replace(gait, multipliers=multipliers), folder)
     return folder
 
 
@@ -272,7 +281,7 @@ def test_a_warm_start_comes_first_then_the_own_ones(tmp_path, capsys, other_walk
     program = room.build_program(TASK)
     (start, given), *others = asked
     np.testing.assert_array_equal(start, adapted(load_gait(other_walk), program))
-    expected = fitting(load_multipliers(other_walk), program)
+    expected = fitting(load_multipliers(load_gait(other_walk), other_walk), program)
     assert set(given["multipliers"]) == set(expected)
     for name, price in expected.items():
         np.testing.assert_array_equal(given["multipliers"][name], price)
@@ -296,8 +305,8 @@ def test_a_result_may_be_its_own_start_and_loses_its_old_multipliers(tmp_path, o
     """The new one has none, as it failed: those of the old one would not belong to it."""
     shutil.copytree(other_walk, tmp_path, dirs_exist_ok=True)
     predict_to_folder(TASK, "newton", tmp_path, warm_from=tmp_path)
-    assert load_multipliers(other_walk)
-    assert load_multipliers(tmp_path) == {}
+    assert load_multipliers(load_gait(other_walk), other_walk)
+    assert load_multipliers(load_gait(tmp_path), tmp_path) == {}
 
 
 def test_what_cannot_be_started_from_is_refused_before_solving(tmp_path, asked):

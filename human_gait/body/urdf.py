@@ -7,16 +7,15 @@ of the DH row, K_i, goes into the origins of its children: A_i = U_i K_i. A mass
 """
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.body import skeleton
-from human_gait.body.anthropometry import Anthropometry
 from human_gait.body.dh import constant, joint_origins, link_to_dh
+from human_gait.body.figure import capsules
 from human_gait.body.limits import position_limits, torque_limits
 from human_gait.body.links import Links, anatomical_to_link
 
@@ -28,7 +27,6 @@ COLOURS = {
     "shoe": "0.88 0.88 0.90 1",
     "backpack": "0.42 0.47 0.27 1",
 }
-_TO_THE_RIGHT = np.array([-1.0, 1.0, 1.0])
 
 
 def _numbered(prefix: str, names: Sequence[str]) -> tuple[str, ...]:
@@ -73,7 +71,10 @@ def _add_link(robot: ET.Element, body: Links, i: int, to_dh: FloatArray, place: 
         add_inertial(
             link, float(body.mass[i]), com, to_dh[:3, :3] @ body.inertia[i] @ to_dh[:3, :3].T
         )
-        _add_capsules(link, body, i, place)
+        for capsule in capsules(body.measures):
+            if capsule.link == i:
+                ends = [place[:3, :3] @ end + place[:3, 3] for end in capsule.ends]
+                _add_capsule(link, (ends[0], ends[1]), capsule.radius, capsule.colour)
 
 
 def add_inertial(
@@ -146,24 +147,6 @@ def _add_backpack(robot: ET.Element, body: Links, to_dh: FloatArray) -> None:
     visual = ET.SubElement(link, "visual")
     ET.SubElement(ET.SubElement(visual, "geometry"), "box", size=numbers(body.load.size))
     ET.SubElement(visual, "material", name="backpack")
-
-
-def _add_capsules(link: ET.Element, body: Links, i: int, place: FloatArray) -> None:
-    """Draw the segment of link i as in ``data/capsules.csv``, which gives the left side.
-
-    The table is in anatomical axes, whose place (4, 4) is in the link.
-    """
-    segment, side = LINK_NAMES[i][4:], LINK_NAMES[i][-2:]
-    flip = _TO_THE_RIGHT if side == "_r" else np.ones(3)
-    for row in data.rows("capsules"):
-        if row["segment"] == segment.removesuffix("_r").removesuffix("_l"):
-            ends = [flip * _point(row, end, body.measures) for end in "01"]
-            start, stop = (place[:3, :3] @ end + place[:3, 3] for end in ends)
-            _add_capsule(link, (start, stop), body.measures.length(row["radius"]), row["colour"])
-
-
-def _point(row: Mapping[str, str], end: str, measures: Anthropometry) -> FloatArray:
-    return np.array([measures.length(row[axis + end]) for axis in "xyz"])
 
 
 def _add_capsule(

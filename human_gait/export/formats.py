@@ -28,7 +28,7 @@ from human_gait.export.trajectory import (
     save_trajectory_json,
 )
 from human_gait.results import names
-from human_gait.results.folder import replaced_folder
+from human_gait.results.ours import our_folder
 from human_gait.walk.gait import Gait, Samples, onward
 
 RATE, OPENSIM_RATE = 100, 1000
@@ -176,7 +176,7 @@ def export_gait(
     if "c3d" in rates:
         frame_count(gait, rates["c3d"], names.MARKERS_C3D)
     strides = {hertz: sampled(gait, hertz) for hertz in set(rates.values())}
-    with replaced_folder(folder, solved=False) as new:
+    with our_folder(folder, solved=False) as new:
         for name, hertz in rates.items():
             FORMATS[name](strides[hertz], new)
         written = sorted(path.name for path in new.iterdir())

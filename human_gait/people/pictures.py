@@ -3,17 +3,17 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from human_gait.arrays import FloatArray
+from human_gait.canvas import Artist, Axes, Picture, plain
 from human_gait.people.reference import Cycle, MeasuredCurve, Reference, Score, scores, stance
 from human_gait.walk.gait_cycle import label_and_unit
 
+_DPI = 130
 PREDICTED = "#D55E00"
-_MEASURED = (("#0072B2", "--"), ("#009E73", "-."), ("#CC79A7", ":"))
-"""Colours of Okabe and Ito (safe for the colour-blind) and line styles, by reference."""
+_WARNING = "#B00020"
+_MEASURED = (("#0072B2", "--"), ("#00795A", "-."), ("#A94E86", ":"))
+"""Colours of Okabe and Ito (safe for the colour-blind), dark enough to be read, and styles."""
 
 PANELS = (
     ("pelvis_tilt_anterior_deg", "pelvis_obliquity_up_deg", "pelvis_rotation_internal_deg"),
@@ -25,7 +25,8 @@ PANELS = (
 )
 
 
-def compare_figure(cycle: Cycle, measured: Sequence[Reference]) -> Figure:
+@plain()
+def compare_figure(cycle: Cycle, measured: Sequence[Reference], warning: str = "") -> Picture:
     """Draw every column of a gait cycle over the measured mean and its SD.
 
     Parameters
@@ -33,13 +34,15 @@ def compare_figure(cycle: Cycle, measured: Sequence[Reference]) -> Figure:
     cycle : mapping of str to (101,) array
     measured : sequence of Reference, at most three
         One that covers stance only is stretched over the predicted stance.
+    warning : str
+        Why it is no walk.
 
     Raises
     ------
     ResultError
         If one covers stance only and the foot never stands.
     """
-    figure = Figure(figsize=(10.5, 14.5), layout="constrained")
+    figure = Picture(10.5, 14.5, _DPI, "constrained")
     axes = figure.subplots(len(PANELS), len(PANELS[0]), sharex=True)
     r = {(s.reference, s.curve): s for source in measured for s in scores(cycle, source)}
     for ax, column in zip(axes.flat, (name for row in PANELS for name in row), strict=True):
@@ -49,7 +52,14 @@ def compare_figure(cycle: Cycle, measured: Sequence[Reference]) -> Figure:
         ax.set_xlabel("gait cycle of the right leg [%]")
     figure.align_ylabels(axes)
     _legend(figure, axes.flat)
+    warn_on(figure, warning)
     return figure
+
+
+def warn_on(figure: Picture, warning: str) -> None:
+    """Write above a figure what is wrong with its walk, if anything is."""
+    if warning:
+        figure.suptitle(warning, color=_WARNING, fontsize=10, fontweight="bold", parse_math=False)
 
 
 def draw_column(ax: Axes, column: str, cycle: Cycle, measured: Sequence[Reference]) -> None:
@@ -95,7 +105,7 @@ def _correlations(
             right -= 0.22
 
 
-def _legend(figure: Figure, axes: Iterable[Axes]) -> None:
+def _legend(figure: Picture, axes: Iterable[Axes]) -> None:
     """Name each line once, above all panels."""
     entries: dict[str, Artist] = {}
     for ax in axes:

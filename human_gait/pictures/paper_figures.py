@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
-import matplotlib as mpl
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-
+from human_gait.canvas import SOURCE, Axes, Picture, plain
 from human_gait.exceptions import ResultError
-from human_gait.people.pictures import draw_column
+from human_gait.people.pictures import draw_column, warn_on
 from human_gait.people.reference import references, scores
 from human_gait.pictures.backpacks import (
     PANEL_LETTERS,
@@ -23,10 +19,13 @@ from human_gait.pictures.backpacks import (
 )
 from human_gait.pictures.plots import joint_torques
 from human_gait.pictures.sticks import stick_diagram
-from human_gait.pictures.style import DPI, STYLE, new_figure
-from human_gait.results.folder import whole_file
+from human_gait.pictures.style import STYLE, new_figure
 from human_gait.results.names import GAIT_FILE, SUMMARY
+from human_gait.results.ours import our_folder
+from human_gait.results.reading import read_json
 from human_gait.scenario import Load, Scenario
+from human_gait.walk.belonging import own_gait
+from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import gait_cycle
 from human_gait.walk.gait_file import load_gait
@@ -59,34 +58,33 @@ def save_figures(results: str | Path, folder: str | Path) -> list[Path]:
     Raises
     ------
     ResultError
-        If a result is missing or cannot be read; nothing is written then.
+        If a result is missing or cannot be read, or the files cannot be written: none is then.
     """
     gaits, target = load_results(results), Path(folder)
-    drawn: dict[Path, bytes] = {}  # all first: what fails leaves the old as they were
+    drawn: dict[str, bytes] = {}
     for name, (draw, needed) in FIGURES.items():
-        with mpl.rc_context(STYLE | _SVG):
-            figure, png, svg = draw(*(gaits[result] for result in needed)), BytesIO(), BytesIO()
-            figure.savefig(png, format="png", dpi=DPI)
-            figure.savefig(svg, format="svg", metadata={"Date": None})
-        drawn |= {target / f"{name}.png": png.getvalue(), target / f"{name}.svg": svg.getvalue()}
-    for path, content in drawn.items():
-        with whole_file(path) as new:
-            new.write_bytes(content)
-    return list(drawn)
+        walks = [gaits[result] for result in needed]
+        digests = " ".join(map(gait_digest, walks))
+        with plain(_SVG):
+            figure, svg = draw(*walks), BytesIO()
+            warn_on(figure, next(filter(None, map(no_walk, walks)), ""))
+            about = {"Date": None, "Source": SOURCE, "Identifier": digests}
+            figure.savefig(svg, format="svg", metadata=about)
+        drawn |= {f"{name}.png": figure.png({"gait": digests}), f"{name}.svg": svg.getvalue()}
+    with our_folder(target, solved=False) as new:
+        for name, content in drawn.items():
+            (new / name).write_bytes(content)
+    return [target / name for name in drawn]
 
 
 def failed_results(results: str | Path) -> list[Path]:
-    """Return the folders of results whose ``summary.json`` says that no walk was found."""
+    """Return the folders of results that are no walk, as far as they know."""
     folders = [Path(results) / name for name in MAKE_TARGETS]
-    return [folder for folder in folders if _failed(folder / SUMMARY)]
+    return [folder for folder in folders if no_walk(load_gait(folder)) or _failed(folder / SUMMARY)]
 
 
 def _failed(summary: Path) -> bool:
-    try:
-        found = json.loads(summary.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):  # the walk itself does not need it
-        return False
-    return isinstance(found, Mapping) and found.get("success") is False
+    return summary.is_file() and read_json(summary, {"success": bool})["success"] is False
 
 
 def load_results(results: str | Path) -> dict[str, Gait]:
@@ -95,15 +93,15 @@ def load_results(results: str | Path) -> dict[str, Gait]:
     Raises
     ------
     ResultError
-        If one is missing or cannot be read, or if the walks with a backpack differ in more than
-        the load.
+        If one is missing or cannot be read, or has a file of another walk, or if the walks with a
+        backpack differ in more than the load.
     """
     folders = {name: Path(results) / name for name in MAKE_TARGETS}
     missing = [name for name, folder in folders.items() if not (folder / GAIT_FILE).is_file()]
     if missing:
         places = ", ".join(f"{folders[name]} (make {MAKE_TARGETS[name]})" for name in missing)
         raise ResultError(f"no {GAIT_FILE} in {places}")
-    gaits = {name: load_gait(folder) for name, folder in folders.items()}
+    gaits = {name: own_gait(folder) for name, folder in folders.items()}
     for name in _BACKPACKS[1:]:
         if _walk(gaits[name]) != _walk(gaits[_BACKPACKS[0]]):
             first = folders[_BACKPACKS[0]]
@@ -116,7 +114,8 @@ def _walk(gait: Gait) -> Scenario:
     return replace(gait.scenario, name="any", load=Load())
 
 
-def validation(gait: Gait) -> Figure:
+@plain(STYLE)
+def validation(gait: Gait) -> Picture:
     """Return knee and ankle angle over measured means and standard deviations (Fig. 12)."""
     cycle, figure = gait_cycle(gait), new_figure(9.6, 4.2)
     measured = [source for source in references() if not source.stance_only]
@@ -144,7 +143,7 @@ def _legend_with_r(ax: Axes, r: Sequence[float], speed: float) -> None:
     ax.legend([predicted, *bands], names, loc="lower left", bbox_to_anchor=(0.0, 1.08))
 
 
-FIGURES: Mapping[str, tuple[Callable[..., Figure], tuple[str, ...]]] = {
+FIGURES: Mapping[str, tuple[Callable[..., Picture], tuple[str, ...]]] = {
     "fig07_stick_diagram": (stick_diagram, ("normal",)),
     "fig08_joint_torques": (joint_torques, ("normal",)),
     "fig09_backpack_postures": (backpack_postures, _BACKPACKS),

@@ -14,6 +14,10 @@ VERIFICATION = "verification.json"
 MULTIPLIERS = "multipliers.npz"
 PLAYBACK = "playback.html"
 REPORT = "report.html"
+FILM = "walk.gif"
+FILMS = (FILM, "walk.mp4", "walk.png")
+"""What the film command writes, unless told otherwise, or told to by these names."""
+
 COMPARISON_JSON, COMPARISON_CSV, COMPARISON_PNG = "compare.json", "compare.csv", "compare.png"
 COMPARISON = (COMPARISON_JSON, COMPARISON_CSV, COMPARISON_PNG)
 """What the comparison with people writes."""
@@ -22,6 +26,9 @@ PLOTS = (
     *("stick_diagram.png", "joint_torques.png", "joint_angles.png"),
     *("ground_reaction.png", "zmp.png"),
 )
+PREDICTED = (GAIT_FILE, GAIT_CYCLE, SUMMARY, EXPLANATION, MULTIPLIERS, PLAYBACK, *PLOTS)
+"""What a prediction writes into its folder."""
+
 AGREEMENT = "agreement.json"
 """How far the results of several solvers differ; beside their folders."""
 
@@ -52,7 +59,7 @@ EXPORTED = (
 
 _OF_ONE_SOLVER = (
     *(GAIT_FILE, GAIT_CYCLE, SUMMARY, EXPLANATION, VERIFICATION, MULTIPLIERS, PLAYBACK, REPORT),
-    *(*COMPARISON, *PLOTS, *(f"{EXPORT}/{name}" for name in EXPORTED)),
+    *(*FILMS, *COMPARISON, *PLOTS, *(f"{EXPORT}/{name}" for name in EXPORTED)),
 )
 
 

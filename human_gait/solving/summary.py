@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import platform
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
-from human_gait.checks.check import Check
+from human_gait.body.limits import mirrored_limits
+from human_gait.checks.check import NO_LIMIT, Check
+from human_gait.checks.verification import verify
 from human_gait.problem.program import GaitProgram
+from human_gait.settings.departures import departures
 from human_gait.solving.diagnosis import check_text, not_kept, suggestions, violation_text
 from human_gait.solving.shadow_prices import influences
 from human_gait.solving.solver import Solution
 from human_gait.solving.starts import Attempt
+from human_gait.walk.described import with_story
+from human_gait.walk.gait import Gait
+from human_gait.walk.gait_file import load_record, save_gait
 
 OWN_BOUNDS = "own_bounds"
 """Of the solution of a gait: what its bounds of one's own cost, which no file has as functions."""
@@ -64,6 +71,8 @@ def summary_content(kept: Attempt, attempts: list[Attempt], seed: int) -> dict[s
         "step_length_m": scenario.walk.step_length,
         "body_mass_kg": scenario.subject.mass,
         "load_kg": scenario.load.mass,
+        "limits_by_symmetry": mirrored_limits(scenario),
+        "settings_that_move_limits": [asdict(one) for one in departures(scenario)],
         "scenario": scenario.to_dict(),
         "versions": {"python": platform.python_version()}
         | {package: version(package) for package in PACKAGES},
@@ -86,8 +95,15 @@ def _attempt(attempt: Attempt) -> dict[str, Any]:
 
 
 def checks_content(checks: list[Check]) -> dict[str, dict[str, Any]]:
-    """Return the checks by name, and whether each is passed."""
-    return {check.name: {**asdict(check), "passed": check.passed} for check in checks}
+    """Return the checks by name, and whether each is passed; a note has no limit (null)."""
+    return {
+        check.name: {
+            **asdict(check),
+            "limit": None if check.limit == NO_LIMIT else check.limit,
+            "passed": check.passed,
+        }
+        for check in checks
+    }
 
 
 def diagnosis_content(attempt: Attempt) -> dict[str, Any]:
@@ -98,6 +114,48 @@ def diagnosis_content(attempt: Attempt) -> dict[str, Any]:
     failed = [check_text(check, T) for check in checks if not check.passed]
     tries = [asdict(one) for one in suggestions(program, solution, checks)]
     return {"not_kept": broken + failed, "try": tries}
+
+
+def found_gait(kept: Attempt, seed: int) -> Gait:
+    """Return the gait of an attempt with all that is known of how it was found.
+
+    Parameters
+    ----------
+    kept : Attempt
+    seed : int
+        Of the random starts.
+    """
+    program, solution = kept.program, kept.solution
+    gait = with_story(
+        solution.gait,
+        kept.success,
+        start=kept.start,
+        seed=seed,
+        dynamics=program.dynamics,
+        iterations=solution.iterations,
+        evaluations=solution.evaluations,
+        **own_bounds(program, solution),
+    )
+    return replace(gait, multipliers=solution.multipliers)
+
+
+def save_verified(kept: Attempt, seed: int, folder: Path) -> tuple[Attempt, Gait]:
+    """Write the gait of an attempt with whether it is a walk, as the file's own checks say.
+
+    Returns
+    -------
+    kept : Attempt
+        With the checks of the file that was written.
+    gait : Gait
+        What is in it.
+    """
+    gait = found_gait(kept, seed)
+    save_gait(gait, folder)
+    checked = replace(kept, checks=verify(load_record(folder)))
+    if checked.success != kept.success:
+        gait = found_gait(checked, seed)
+        save_gait(gait, folder)
+    return checked, gait
 
 
 def own_bounds(program: GaitProgram, solution: Solution) -> dict[str, Any]:

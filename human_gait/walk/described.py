@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
+
+_CONTENT = {  # what solvers say, to begin with, where they are content
+    "newton": ("optimal", "the active set is settled"),
+    "snopt": ("1: ", "3: "),
+    "ipopt": ("Success",),
+}
 
 
 def gait_facts(gait: Gait) -> dict[str, str]:
@@ -25,31 +34,62 @@ def gait_facts(gait: Gait) -> dict[str, str]:
         facts["solver"] = f"{found['solver']} ({found.get('status', 'status unknown')})"
     if "cost" in found:
         facts["cost"] = f"{found['cost']:.6g} N^2 m^2 s"
-    if "success" in found:
-        facts["success"] = "yes" if found["success"] else "no: this is no walk"
+    if "success" in found or no_walk(gait):
+        facts["success"] = no_walk(gait) or "yes"
     return facts
 
 
 def gait_digest(gait: Gait) -> str:
     """Return 16 hexadecimal digits that tell a gait from every other, however slightly it differs.
 
-    They cover all that a gait is: scenario, pieces, control points and how it was found. What is
-    made from a gait carries them, so that it can be told what belongs to which walk.
+    Those of equal gaits are equal: they cover the motion and all that was asked of it, neither its
+    name nor how it was found. What is made from a gait carries them, so that it can be told what
+    belongs to which walk.
     """
-    words = json.dumps([gait.scenario.to_dict(), dict(gait.solution)], sort_keys=True)
+    asked = gait.scenario.own_table() | {"name": ""}  # a setting that is new changes no old digest
+    words = json.dumps(asked, sort_keys=True)
     content = hashlib.sha256(words.encode("utf-8", "surrogatepass"))
     for array in (gait.breaks, gait.control_points):
-        content.update(array.astype("<f8").tobytes())
+        content.update((np.asarray(array, dtype="<f8") + 0.0).tobytes())  # no -0
     return content.hexdigest()[:16]
 
 
+def with_story(gait: Gait, success: bool, **story: object) -> Gait:
+    """Return a gait that carries whether it is a walk, and how else it was found.
+
+    Parameters
+    ----------
+    gait : Gait
+    success : bool
+        Whether the solver was content and every check is passed.
+    **story
+        Further entries of `Gait.solution`.
+    """
+    told = {"success": success, "digest": gait_digest(gait), **story}
+    return replace(gait, solution={**gait.solution, **told})
+
+
+def was_changed(gait: Gait) -> bool:
+    """Tell whether a gait knows that it is not the one that was found, multipliers and all."""
+    return "digest" in gait.solution and gait.solution["digest"] != gait_digest(gait)
+
+
 def no_walk(gait: Gait) -> str:
-    """Return why a gait is no walk, in one sentence, for all that is made from it; else nothing."""
+    """Return why a gait is no walk, in one sentence, for all that is made from it; else nothing.
+
+    It is none if it was found to be none, if its solver gave up, or if its motion or scenario is
+    not that which was found. Of a gait that does not know how it was found nothing is said.
+    """
     found = gait.solution
-    if found.get("success", True):
-        return ""
-    status = found.get("status", "status unknown")
-    return f"This is no walk: {found.get('solver', 'the solver')} ended with {status!r}."
+    solver, status = str(found.get("solver", "")), str(found.get("status", "status unknown"))
+    content = status.startswith(_CONTENT.get(solver, ("",)))
+    if not content:
+        return f"This is no walk: {solver} ended with {status!r}."
+    if not found.get("success", True):
+        return "This is no walk: it fails checks, or not every constraint is kept."
+    if was_changed(gait):
+        return "This is no walk: it was changed since it was found, and nobody has verified it."
+    return ""
 
 
 def gait_text(gait: Gait) -> str:
