@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +19,7 @@ from human_gait.walk.gait_file import numbers, opened
 
 _FORWARD = index("pelvis_tz")
 _SAMPLES = 100
+_NAMES = "__names__"
 
 
 def save_multipliers(multipliers: Mapping[str, FloatArray], folder: Path) -> None:
@@ -26,7 +29,27 @@ def save_multipliers(multipliers: Mapping[str, FloatArray], folder: Path) -> Non
     none.
     """
     if multipliers:
-        np.savez_compressed(folder / MULTIPLIERS, **multipliers)  # type: ignore[arg-type]
+        np.savez_compressed(folder / MULTIPLIERS, **_packed(multipliers))  # type: ignore[arg-type]
+
+
+def _packed(multipliers: Mapping[str, FloatArray]) -> dict[str, np.ndarray[Any, Any]]:
+    """Return the arrays of the file: names are text in one of them, for any name is allowed.
+
+    As names of arrays numpy takes some for options (``file``), and an archive folders (``a/b``).
+    """
+    keys = {f"__{k}__": name for k, name in enumerate(multipliers)}
+    prices = {key: multipliers[name] for key, name in keys.items()}
+    return {_NAMES: np.array(json.dumps(keys)), **prices}
+
+
+def _keys(file: Mapping[str, Any]) -> dict[str, str]:
+    """Return the name of its array for each name of a constraint, also of older versions."""
+    if _NAMES not in file:
+        return {name: name for name in file}
+    keys = json.loads(str(file[_NAMES]))
+    if not isinstance(keys, dict):
+        raise TypeError(f"{_NAMES} holds no names")
+    return {str(name): key for key, name in keys.items()}
 
 
 def load_multipliers(folder: Path) -> dict[str, FloatArray]:
@@ -41,7 +64,7 @@ def load_multipliers(folder: Path) -> dict[str, FloatArray]:
     if not path.exists():
         return {}
     with opened(path, "multipliers") as file:
-        found = {name: numbers(file, name) for name in file}
+        found = {name: numbers(file, key) for name, key in _keys(file).items()}
         if odd := [name for name, price in found.items() if price.ndim != 1]:
             raise ValueError(f"{odd[0]} is not a list of numbers")
     return found
