@@ -203,9 +203,22 @@ def explain(folder: ResultFolder) -> None:
     """Tell what shapes the walk of a result, or why there is none and what to try."""
     check_result(folder)
     from human_gait.results.explanation import explained
+    from human_gait.walk.belonging import own_gait
 
+    own_gait(folder)
     shown = explained(folder)
     screen().print(shown, soft_wrap=isinstance(shown, str))
+
+
+def _loaded(folder: Path) -> Any:
+    """Return the gait of a result; where that is no walk, a note says so."""
+    from human_gait.walk.described import no_walk
+    from human_gait.walk.gait_file import load_gait
+
+    gait = load_gait(folder)
+    if why := no_walk(gait):
+        typer.echo(f"note: {folder}: {why}", err=True)
+    return gait
 
 
 @app.command()
@@ -230,12 +243,10 @@ def play(
         check_result(second)
     elif overlay:
         raise typer.BadParameter("needs a second result, DIR2", param_hint="--overlay")
-    from human_gait.walk.gait_file import load_gait
-
-    gait = load_gait(folder)
+    gait = _loaded(folder)
     pair: dict[str, Any] = {}
     if second:
-        pair = {"second": load_gait(second), "overlay": overlay}
+        pair = {"second": _loaded(second), "overlay": overlay}
     if save:
         from human_gait.playback.page import save_playback
 
@@ -291,9 +302,8 @@ def plot(folder: ResultFolder) -> None:
     """Draw the plots of a result again, and its animation, playback.html."""
     check_result(folder)
     from human_gait.prediction import draw
-    from human_gait.walk.gait_file import load_gait
 
-    n_plots = draw(load_gait(folder), folder)
+    n_plots = draw(_loaded(folder), folder)
     typer.echo(f"wrote {n_plots} plots and {PLAYBACK} to {folder}")
 
 
@@ -372,18 +382,13 @@ def export(
     """Write one stride of a result for OpenSim, motion capture, animation and robot programs."""
     check_result(folder)
     from human_gait.export.formats import FORMATS, RATES, export_gait
-    from human_gait.export.notes import Note
-    from human_gait.walk.gait_file import load_gait
 
     if rate is not None and not RATES[0] <= rate <= RATES[1]:
         raise GaitError(f"--rate = {rate}: must be from {RATES[0]} to {RATES[1]} Hz")
 
     target = out or folder / EXPORT
     names = [name.value for name in formats] if formats else list(FORMATS)
-    gait = load_gait(folder)
-    files = export_gait(gait, target, names, rate)
-    if failed := Note.of(gait).no_walk:
-        typer.echo(f"note: {failed}", err=True)
+    files = export_gait(_loaded(folder), target, names, rate)
     typer.echo(f"wrote {len(files)} files to {target}")
 
 

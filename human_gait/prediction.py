@@ -7,13 +7,12 @@ signal is no reason to end without a result (`stopping`).
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 from human_gait import console
+from human_gait.checks.folder import folder_checks
 from human_gait.checks.verification import verify
 from human_gait.exceptions import ResultError
 from human_gait.faults import told_of
@@ -34,6 +33,7 @@ from human_gait.results.names import (
 )
 from human_gait.results.ours import check_free, our_folder
 from human_gait.results.reading import AGAIN
+from human_gait.results.sealed import write_json
 from human_gait.results.unfinished import refuges
 from human_gait.scenario import Scenario
 from human_gait.solving.drake_solvers import SOLVERS
@@ -47,6 +47,7 @@ from human_gait.solving.summary import (
 )
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
 from human_gait.stopping import TIME_LIMIT, running, under_way
+from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import save_gait_cycle
 from human_gait.walk.gait_file import load_gait, load_record
@@ -102,6 +103,7 @@ def refine_to_folder(
     ScenarioError
         If the gait has as many control points, or more.
     """
+    _warn_of(gait)
     _drawing()
     with running(time_limit):
         program, start = refined_program(gait, n_control_points, dynamics)
@@ -110,8 +112,16 @@ def refine_to_folder(
 
 def _warm_start(folder: Path, program: GaitProgram) -> Start:
     """Return the walk of a result as the start of a program."""
-    multipliers = fitting(load_multipliers(folder), program)
-    return Start(WARM, adapted(load_gait(folder), program), multipliers, alone=False)
+    gait = load_gait(folder)
+    _warn_of(gait)
+    multipliers = fitting(load_multipliers(gait, folder), program)
+    return Start(WARM, adapted(gait, program), multipliers, alone=False)
+
+
+def _warn_of(start: Gait) -> None:
+    """Say that what is started from is no walk, if it is none."""
+    if why := no_walk(start):
+        console.warn(f"{start.scenario.name}: {why} It is started from all the same.")
 
 
 def predict_by_all_solvers(
@@ -209,6 +219,7 @@ def _elsewhere(name: str, solved: Mapping[str, list[Attempt]], seed: int) -> Pat
 def verify_folder(folder: Path) -> bool:
     """Check the gait of a result anew, from the file alone; return whether it is a walk.
 
+    The other files of the folder have to belong to it; those that do not are named.
     Prints the table of checks and writes it to ``verification.json``; where that cannot be written
     it warns on standard error, in one line.
 
@@ -218,13 +229,15 @@ def verify_folder(folder: Path) -> bool:
         If there is no gait that can be read.
     """
     record = load_record(folder)
-    checks = verify(record)
+    files, wrong = folder_checks(record.gait, folder)
+    checks = [*verify(record), *files]
     console.show_checks(record, checks)
-    found = json.dumps(checks_content(checks), indent=2)
+    for one in wrong:
+        console.tell(one)
     try:
         check_free(folder, [VERIFICATION])
         with whole_file(folder / VERIFICATION) as path:
-            path.write_text(found + "\n", encoding="utf-8")
+            write_json(path, checks_content(checks), gait_digest(record.gait))
     except ResultError as error:
         console.warn(error)
     return all(check.passed for check in checks)
@@ -234,19 +247,15 @@ def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> t
     """Write what was solved; return the attempt with the checks of the file, and its gait."""
     with our_folder(folder, OURS) as new:
         kept, gait = save_verified(kept, seed, new)
-        save_multipliers(gait.multipliers, new)
-        run = under_way()
+        save_multipliers(gait, new)
+        run, digest = under_way(), gait_digest(gait)
         ended = {"time_limit_s": run.limit, "ended_by": run.over or None}
-        _save_json(summary_content(kept, attempts, seed) | ended, new / SUMMARY)
+        write_json(new / SUMMARY, summary_content(kept, attempts, seed) | ended, digest)
         with _not_needed(new / EXPLANATION, AGAIN):
-            _save_json(explanation_content(kept.program, kept.solution), new / EXPLANATION)
+            write_json(new / EXPLANATION, explanation_content(kept.program, kept.solution), digest)
         with _not_needed(new / GAIT_CYCLE, AGAIN):
             save_gait_cycle(gait, new / GAIT_CYCLE)
     return kept, gait
-
-
-def _save_json(content: dict[str, Any], path: Path) -> None:
-    path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
 
 
 def draw(gait: Gait, folder: Path) -> int:

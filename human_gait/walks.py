@@ -6,7 +6,6 @@ what goes in and comes out.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -20,6 +19,8 @@ from human_gait.problem.program import GaitProgram, build_program
 from human_gait.results.names import EXPLANATION, GAIT_CYCLE, SUMMARY, result_files
 from human_gait.results.ours import our_folder
 from human_gait.results.reading import read_json
+from human_gait.results.sealed import write_json
+from human_gait.results.shapes import FOUND
 from human_gait.scenario import Scenario, load_scenario
 from human_gait.solving.diagnosis import not_kept, suggestions
 from human_gait.solving.drake_solvers import SOLVERS
@@ -34,14 +35,12 @@ from human_gait.solving.summary import (
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
 from human_gait.solving.watch import Iterate
 from human_gait.stopping import TIME_LIMIT, checked_limit, running, under_way
-from human_gait.walk.described import was_changed
+from human_gait.walk.described import gait_digest, was_changed
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import save_gait_cycle
 from human_gait.walk.gait_file import folder_of, load_gait
 
 Progress = bool | Callable[[Iterate], None]
-
-_TOLD = ("success", "start", "seed", "dynamics", "iterations", "evaluations")  # of a summary
 
 
 def predict(  # noqa: PLR0913, options that are given by name
@@ -143,24 +142,25 @@ def load(path: str | Path) -> Gait:
     """
     gait, folder = load_gait(path), folder_of(path)
     solution = dict(gait.solution)
-    if not solution.keys() >= set(_TOLD) and (folder / SUMMARY).is_file():
-        solution |= read_json(folder / SUMMARY, lambda found: {key: found[key] for key in _TOLD})
-    return replace(gait, solution=solution, multipliers=load_multipliers(folder))
+    if not solution.keys() >= FOUND.keys() and (folder / SUMMARY).is_file():
+        found = read_json(folder / SUMMARY, FOUND)
+        solution |= {key: found[key] for key in FOUND}
+    return replace(gait, solution=solution, multipliers=load_multipliers(gait, folder))
 
 
 def save(gait: Gait, folder: str | Path) -> Path:
     """Write a gait as a result without pictures, as `Gait.save` says, and return the folder."""
     seed = int(gait.solution.get("seed", 0))
     with our_folder(Path(folder), result_files(SOLVERS), solved=False) as new:
-        kept, _ = save_verified(_attempt(gait), seed, new)
-        save_multipliers(gait.multipliers, new)
-        save_gait_cycle(gait, new / GAIT_CYCLE)
+        kept, saved = save_verified(_attempt(gait), seed, new)
+        save_multipliers(saved, new)
+        save_gait_cycle(saved, new / GAIT_CYCLE)
         contents = {
             SUMMARY: summary_content(kept, [kept], seed),
             EXPLANATION: explanation_content(kept.program, kept.solution),
         }
         for name, content in contents.items():
-            (new / name).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+            write_json(new / name, content, gait_digest(saved))
     return Path(folder)
 
 

@@ -49,7 +49,7 @@ def test_a_load_as_a_force_walks_much_like_a_rigid_one(results):
     """Same weight at the same place; what differs is the inertia of the pack."""
     force = solved("backpack-40-force")
     assert force.success
-    differences = {d.curve: d for d in curve_differences(results[2].folder, force.folder)}
+    differences = {d.curve: d for d in curve_differences(results[2].cycle, force.cycle)}
     for curve in ("hip_flexion_deg", "knee_flexion_deg", "ankle_dorsiflexion_deg"):
         assert differences[curve].r > 0.95
     assert differences["vertical_up_BW"].r > 0.97

@@ -248,6 +248,7 @@ def test_play_and_plot_take_the_result_of_the_folder(here, capsys, replace_room)
     (here / "playback.html").write_text("gait=0123456789abcdef")
     taken = []
     replace_room("walk.gait_file", load_gait=lambda folder: f"gait of {folder}")
+    replace_room("walk.described", no_walk=lambda _: "")
     replace_room(
         "playback.page",
         play=lambda gait, host: taken.append((gait, host)),
@@ -283,6 +284,7 @@ def test_a_file_is_no_result_folder(here, capsys, command):
 def test_a_page_is_saved_with_the_folders_above_it(here, capsys, replace_room):
     (here / "gait.npz").write_bytes(b"")
     replace_room("walk.gait_file", load_gait=lambda folder: f"gait of {folder}")
+    replace_room("walk.described", no_walk=lambda _: "")
     replace_room("playback.page", save_playback=lambda gait, path: path.write_text(gait))
     assert cli.run(["play", ".", "--save", "new/sub/page.html"]) == 0
     assert Path("new/sub/page.html").read_text() == "gait of ."

@@ -1,5 +1,6 @@
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,12 +8,11 @@ from rich.console import Console
 from test_reference import as_cycle, by_name
 
 from human_gait.exceptions import ResultError
-from human_gait.people.comparison import compare_folder, compare_to_folder
+from human_gait.people.comparison import compare_cycle, save_comparison
+from human_gait.people.comparison_table import comparison_table
 from human_gait.people.pictures import PANELS, compare_figure
 from human_gait.people.reference import references_near
 from human_gait.walk.gait_cycle import COLUMNS, PERCENT
-
-SUMMARY = {"walking_speed_m_per_s": 1.2, "step_length_m": 0.66, "body_mass_kg": 78.4}
 
 
 def person():
@@ -21,36 +21,31 @@ def person():
     return {"gait_cycle_percent": PERCENT, "trunk_flexion_deg": np.zeros(101)} | source
 
 
-def write(folder, summary=SUMMARY, cycle=None, columns=COLUMNS):
-    cycle = person() if cycle is None else cycle
-    table = np.column_stack([cycle[column] for column in columns])
-    np.savetxt(
-        folder / "gait_cycle.csv", table, delimiter=",", header=",".join(columns), comments=""
-    )
-    text = summary if isinstance(summary, str) else json.dumps(summary)
-    (folder / "summary.json").write_text(text)
-    return folder
+def compared(cycle=None, warning=""):
+    found = compare_cycle(cycle or person(), 1.2, 0.66, "the person")
+    return replace(found, no_walk=warning, gait="0123456789abcdef")
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
-    folder = write(tmp_path_factory.mktemp("result"))
-    return folder, compare_to_folder(folder)
+    folder = tmp_path_factory.mktemp("result")
+    save_comparison(compared(), folder)
+    return folder, comparison_table(compared())
 
 
-def test_a_measured_person_walks_like_himself(tmp_path):
-    comparison = compare_folder(write(tmp_path))
+def test_a_measured_person_walks_like_himself():
+    comparison = compared()
     own = [s for s in comparison.scores if s.reference == "falisse2019_subject1"]
     assert len(own) == len(COLUMNS) - 2
     assert min(s.r for s in own) > 0.995
     assert (comparison.speed, comparison.step_length) == (1.2, 0.66)
 
 
-def test_other_people_walk_alike(tmp_path):
+def test_other_people_walk_alike():
     """Two laboratories and two people agree in what the goals of a prediction are made of."""
     others = {
         (s.reference, s.curve): s.r
-        for s in compare_folder(write(tmp_path)).scores
+        for s in compared().scores
         if s.reference != "falisse2019_subject1"
     }
     assert others["fukuchi2018_treadmill_1p26", "knee_flexion_deg"] > 0.95
@@ -109,47 +104,25 @@ def test_the_plot_shows_every_column_with_its_unit_over_the_measured_ones():
 
 
 def test_a_curve_without_a_correlation_is_null(tmp_path):
-    still = person() | {"elbow_flexion_deg": np.full(101, 20.0)}
-    compare_to_folder(write(tmp_path, cycle=still))
+    save_comparison(compared(person() | {"elbow_flexion_deg": np.full(101, 20.0)}), tmp_path)
     stored = json.loads((tmp_path / "compare.json").read_text())
     assert {s["curve"] for s in stored["scores"] if s["r"] is None} == {"elbow_flexion_deg"}
 
 
-UNUSABLE = {
-    "is damaged": "{",
-    "walking_speed_m_per_s must be a number": {"step_length_m": 0.66},
-    "step_length_m must be a number": {**SUMMARY, "step_length_m": "0.66"},
-    "walking_speed_m_per_s must be a number above 0": {**SUMMARY, "walking_speed_m_per_s": -1},
-    "must be a number above": "[]",
-    "step_length_m must be": {**SUMMARY, "step_length_m": True},
-    "walking_speed": '{"walking_speed_m_per_s": NaN}',
-}
+def test_a_walk_without_stance_is_refused():
+    with pytest.raises(ResultError, match=r"the person: .*does not stand"):
+        compared(person() | {"vertical_up_BW": np.zeros(101)})
 
 
-@pytest.mark.parametrize(("complaint", "summary"), UNUSABLE.items(), ids=UNUSABLE)
-def test_an_unusable_summary_is_refused_and_nothing_written(tmp_path, complaint, summary):
-    write(tmp_path, summary)
-    with pytest.raises(ResultError, match=complaint):
-        compare_to_folder(tmp_path)
-    assert not list(tmp_path.glob("compare*"))
-
-
-def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(ResultError, match=r"gait_cycle\.csv: cannot be read"):
-        compare_folder(tmp_path)
-    write(tmp_path)
-    (tmp_path / "summary.json").unlink()
-    with pytest.raises(ResultError, match=r"no summary\.json: predict it again"):
-        compare_folder(tmp_path)
-
-
-def test_a_missing_column_is_named(tmp_path):
-    write(tmp_path, columns=[column for column in COLUMNS if column != "hip_flexion_deg"])
-    with pytest.raises(ResultError, match="no column hip_flexion_deg"):
-        compare_folder(tmp_path)
-
-
-def test_a_walk_without_stance_is_refused(tmp_path):
-    write(tmp_path, cycle=person() | {"vertical_up_BW": np.zeros(101)})
-    with pytest.raises(ResultError, match=r"gait_cycle\.csv: .*does not stand"):
-        compare_folder(tmp_path)
+def test_what_is_no_walk_says_so_wherever_it_is_compared(tmp_path):
+    warning = "This is no walk: newton ended with '[red]limit $x_1'."
+    found = compared(warning=warning)
+    save_comparison(found, tmp_path)
+    assert json.loads((tmp_path / "compare.json").read_text())["no_walk"] == warning
+    assert warning in str(found)
+    assert repr(found).startswith(warning)
+    title = compare_figure(found.cycle, found.references, warning).get_suptitle()
+    assert title == warning
+    save_comparison(compared(), tmp_path)
+    assert json.loads((tmp_path / "compare.json").read_text())["no_walk"] is None
+    assert "no walk" not in str(compared())

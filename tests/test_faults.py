@@ -16,6 +16,7 @@ import tracemalloc
 import types
 import warnings
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -61,7 +62,8 @@ def result(tmp_path_factory):
     save_gait_cycle(guessed_gait(), folder / "gait_cycle.csv")
     summary = {"success": True, "walking_speed_m_per_s": 1.2, "step_length_m": 0.66}
     (folder / "summary.json").write_text(json.dumps(summary))
-    save_multipliers({"joint limit": np.linspace(-1.0, 1.0, 330), "any": np.ones(9)}, folder)
+    multipliers = {"joint limit": np.linspace(-1.0, 1.0, 330), "any": np.ones(9)}
+    save_multipliers(replace(guessed_gait(), multipliers=multipliers), folder)
     return folder
 
 

@@ -225,7 +225,7 @@ def test_the_command_writes_beside_the_result_and_a_new_result_removes_it(folder
         (["--out", "walk"], "walk: a film ends in .gif, .mp4 or .png"),
         (["--view", "top"], "--view = 'top': must be side, front, quarter"),
         (["--size", "480"], "--size = '480': must be WIDTHxHEIGHT in pixels, as 480x600"),
-        (["--size", "9x9"], "--size = 9x9: both must be from 64 to 4000 pixels"),
+        (["--size", "9x9"], "--size = 9x9: both must be from 64 to 1920 pixels"),
         (["--size", "99999x600"], "--size = 99999x600: both must be"),
         (["nowhere"], "nowhere: no result here"),
         (["--out", "/dev/null/walk.gif", "--size", "64x64"], "cannot be written: Not a directory"),

@@ -256,10 +256,10 @@ def test_the_folders_above_a_file_are_made(tmp_path):
     ("text", "said"),
     [
         (None, "walk: no a.json: predict it again"),
-        ("{", "walk/a.json: is damaged, predict it again"),
-        ("[" * 100_000, "walk/a.json: is damaged, predict it again"),
-        ("{}", "walk/a.json: has no key, predict it again"),
-        ("[]", "walk/a.json: is damaged, predict it again"),
+        ("{", "walk/a.json: it is damaged, it is no JSON at line 1, column 2: predict it again"),
+        ("[" * 100_000, "walk/a.json: it is damaged, it is nested too deeply: predict it again"),
+        ("{}", "walk/a.json: it has no key: it is damaged, predict it again"),
+        ("[]", "walk/a.json: it must be a table, not a list: it is damaged, predict it again"),
     ],
 )
 def test_a_json_file_that_cannot_be_used_is_named(tmp_path, monkeypatch, text, said):
@@ -268,7 +268,7 @@ def test_a_json_file_that_cannot_be_used_is_named(tmp_path, monkeypatch, text, s
     if text is not None:
         Path("walk/a.json").write_text(text)
     with pytest.raises(ResultError) as caught:
-        read_json(Path("walk/a.json"), lambda found: found["key"])
+        read_json(Path("walk/a.json"), {"key": str})
     assert str(caught.value) == said
 
 

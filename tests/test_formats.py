@@ -167,7 +167,7 @@ def test_c3d_has_a_force_plate_below_each_foot(c3d, gait):
             assert low[axis] < inside.min() <= inside.max() < high[axis]
 
 
-@pytest.mark.parametrize("rate", [RATES[0], 333, 2000])
+@pytest.mark.parametrize("rate", [RATES[0], 700])
 def test_c3d_has_whole_frames_at_any_rate(gait, tmp_path, rate):
     export_gait(gait, tmp_path, ["c3d"], rate)
     file = ezc3d.c3d(str(tmp_path / "markers.c3d"))

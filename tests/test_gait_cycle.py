@@ -275,12 +275,12 @@ def test_a_corrupt_file_is_refused_by_name(tmp_path, complaint, corrupt):
 @pytest.mark.parametrize("content", [b"\xff\xfe\x00", b"a,b\n1,2\n3\n"])
 def test_what_is_no_table_is_refused(tmp_path, content):
     (tmp_path / "x.csv").write_bytes(content)
-    with pytest.raises(ResultError, match="table of numbers"):
+    with pytest.raises(ResultError, match=r"table of numbers|no text in UTF-8"):
         load_gait_cycle(tmp_path / "x.csv")
 
 
 def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(ResultError, match="cannot be read"):
+    with pytest.raises(ResultError, match=r"no gait_cycle\.csv"):
         load_gait_cycle(tmp_path / "gait_cycle.csv")
 
 

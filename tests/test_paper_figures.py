@@ -28,6 +28,7 @@ from human_gait.pictures.paper_figures import (
     save_figures,
     validation,
 )
+from human_gait.walk.described import with_story
 from human_gait.walk.gait_cycle import PERCENT, gait_cycle
 from human_gait.walk.gait_file import save_gait
 
@@ -281,10 +282,9 @@ def test_the_command_explains_a_missing_result_in_one_line(tmp_path, capsys):
 
 
 def test_a_result_without_a_walk_is_drawn_with_a_note(results, tmp_path, capsys):
-    copy_without(results, tmp_path, "backpack-20", "normal", "preferred")
+    copy_without(results, tmp_path, "backpack-20", "normal")
     for name, summary in {
         "normal": json.dumps({"success": True}),
-        "preferred": "not JSON",
         "backpack-20": json.dumps({"success": False}),
     }.items():
         (tmp_path / name).mkdir()
@@ -294,3 +294,28 @@ def test_a_result_without_a_walk_is_drawn_with_a_note(results, tmp_path, capsys)
     notes = capsys.readouterr().err.splitlines()
     assert len(notes) == 1
     assert notes[0].startswith(f"note: {tmp_path / 'backpack-20'}: ")
+
+
+def test_a_damaged_or_foreign_summary_is_refused_and_nothing_drawn(results, tmp_path, capsys):
+    copy_without(results, tmp_path)
+    summary = tmp_path / "normal" / "summary.json"
+    for text in ("not JSON", json.dumps({"load_kg": 18.0})):
+        summary.write_text(text)
+        assert cli.run(["figures", str(tmp_path)]) == cli.BAD_INPUT
+        error = capsys.readouterr().err
+        assert str(summary) in error
+        assert error.count("\n") == 1
+    assert not (tmp_path / "figures").exists()
+
+
+def test_a_figure_of_what_is_no_walk_says_so(results, tmp_path):
+    copy_without(results, tmp_path, "normal")
+    (tmp_path / "normal").mkdir()
+    save_gait(with_story(GAITS["normal"], False), tmp_path / "normal")
+    save_figures(tmp_path, tmp_path / "figures")
+    warned = [
+        path.stem
+        for path in (tmp_path / "figures").glob("*.svg")
+        if "This is no walk" in path.read_text()
+    ]
+    assert sorted(warned) == ["fig07_stick_diagram", "fig08_joint_torques"]

@@ -251,9 +251,11 @@ def other_walk(tmp_path_factory):
     """A result with multipliers of a slightly slower walk, made up."""
     folder, task = tmp_path_factory.mktemp("walk"), scenario(1.15, control_points=6)
     program = room.build_program(task)
-    save_gait(program.gait(program.guess()), folder)
+    gait = program.gait(program.guess())
+    save_gait(gait, folder)
     rows = {c.name: len(c.lower) for c in program.constraints} | {"joint limit": 3 * 55}
-    save_multipliers({name: np.linspace(-1.0, 1.0, n) for name, n in rows.items()}, folder)
+    multipliers = {name: np.linspace(-1.0, 1.0, n) for name, n in rows.items()}
+    save_multipliers(replace(gait, multipliers=multipliers), folder)
     return folder
 
 
@@ -279,7 +281,7 @@ def test_a_warm_start_comes_first_then_the_own_ones(tmp_path, capsys, other_walk
     program = room.build_program(TASK)
     (start, given), *others = asked
     np.testing.assert_array_equal(start, adapted(load_gait(other_walk), program))
-    expected = fitting(load_multipliers(other_walk), program)
+    expected = fitting(load_multipliers(load_gait(other_walk), other_walk), program)
     assert set(given["multipliers"]) == set(expected)
     for name, price in expected.items():
         np.testing.assert_array_equal(given["multipliers"][name], price)
@@ -303,8 +305,8 @@ def test_a_result_may_be_its_own_start_and_loses_its_old_multipliers(tmp_path, o
     """The new one has none, as it failed: those of the old one would not belong to it."""
     shutil.copytree(other_walk, tmp_path, dirs_exist_ok=True)
     predict_to_folder(TASK, "newton", tmp_path, warm_from=tmp_path)
-    assert load_multipliers(other_walk)
-    assert load_multipliers(tmp_path) == {}
+    assert load_multipliers(load_gait(other_walk), other_walk)
+    assert load_multipliers(load_gait(tmp_path), tmp_path) == {}
 
 
 def test_what_cannot_be_started_from_is_refused_before_solving(tmp_path, asked):

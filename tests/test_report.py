@@ -23,6 +23,7 @@ from human_gait import cli
 from human_gait.checks.ground import SLIDING
 from human_gait.checks.verification import verify
 from human_gait.exceptions import ResultError
+from human_gait.people import comparison
 from human_gait.people.comparison import compare_folder
 from human_gait.people.reference import references_near
 from human_gait.playback.page import page_of, page_policy
@@ -107,13 +108,13 @@ def summary(gait, checks, success):
 
 
 EXPLANATION = {
-    "step_time_s": 0.5,
+    "step_time_s": 0.55,
     "shapes": [
         {
             "constraint": "ZMP stability",
             "what": "left foot, rear edge",
             "meaning": "the pressure has to stay under the foot",
-            "time_s": 0.325,
+            "time_s": 0.3575,
             "step": "1 mm",
             "saving": 0.00725,
         }
@@ -377,11 +378,12 @@ def test_ranges_and_differences_are_those_of_the_curves(three, three_page):
     assert list(differences) == list(ranges) == list(curves[0])
     for name in curves[0]:
         first, *others = (one[name] for one in curves)
-        assert ranges[name] == [end for one in curves for end in (one[name].min(), one[name].max())]
+        ends = [end for one in curves for end in (one[name].min(), one[name].max())]
+        assert ranges[name] == pytest.approx(ends, rel=1e-8, abs=1e-12)  # the table has nine digits
         for k, other in enumerate(others):
             _, rms, largest = differences[name][3 * k : 3 * k + 3]
-            assert rms == pytest.approx(np.sqrt(np.mean((other - first) ** 2)), abs=1e-12)
-            assert largest == pytest.approx(np.abs(other - first).max(), abs=1e-12)
+            assert rms == pytest.approx(np.sqrt(np.mean((other - first) ** 2)), abs=1e-6)
+            assert largest == pytest.approx(np.abs(other - first).max(), abs=1e-6)
 
 
 def test_what_is_read_is_the_number(page):
@@ -761,15 +763,13 @@ def test_no_walk_is_told_with_what_to_try(tmp_path, checks):
 
 
 @pytest.mark.usefixtures("one_panel")
-def test_an_attempt_that_cannot_be_compared_is_reported_all_the_same(tmp_path, checks):
+def test_an_attempt_that_cannot_be_compared_is_reported_all_the_same(tmp_path, checks, monkeypatch):
     folder = write(tmp_path / "a", checks, success=False)
-    still = (folder / "gait_cycle.csv").read_text().splitlines()
-    column = COLUMNS.index("vertical_up_BW")
-    for k, line in enumerate(still[1:], 1):
-        cells = line.split(",")
-        cells[column] = "0"
-        still[k] = ",".join(cells)
-    (folder / "gait_cycle.csv").write_text("\n".join(still) + "\n")
+
+    def refuse(*_):
+        raise ResultError("the foot does not stand")
+
+    monkeypatch.setattr(comparison, "scores", refuse)
     page = report_page([folder])
     assert "no walk was found" in page
     assert 'id="people"' not in page
@@ -782,7 +782,7 @@ def test_an_attempt_that_cannot_be_compared_is_reported_all_the_same(tmp_path, c
 # What goes wrong
 
 
-@pytest.mark.parametrize("name", ["gait.npz", "summary.json", "gait_cycle.csv", "explanation.json"])
+@pytest.mark.parametrize("name", ["gait.npz", "summary.json", "explanation.json"])
 def test_a_folder_that_is_no_whole_result_is_named(tmp_path, checks, name):
     folder = write(tmp_path / "a", checks)
     (folder / name).unlink()
@@ -796,7 +796,8 @@ def test_a_folder_that_is_no_whole_result_is_named(tmp_path, checks, name):
         ("summary.json", "{", "is damaged"),
         ("summary.json", "[]", "is damaged"),
         ("summary.json", "{}", "has no"),
-        ("explanation.json", '{"step_time_s": 0, "shapes": [1]}', "is damaged"),
+        ("explanation.json", '{"step_time_s": 0, "shapes": [1]}', "step_time_s = 0, but gait.npz"),
+        ("explanation.json", '{"step_time_s": 0.55, "shapes": [1]}', "shapes.0 must be a table"),
         ("explanation.json", "[" * 100_000, "is damaged"),
         ("gait.npz", "junk", "not a gait"),
         ("gait_cycle.csv", "junk", "must hold 101 rows"),
@@ -811,9 +812,9 @@ def test_a_damaged_file_is_named(tmp_path, checks, file, text, said):
 
 def test_a_number_that_is_none_is_refused(tmp_path, checks):
     folder = write(tmp_path / "a", checks)
-    found = read_json(folder / "summary.json") | {"cost": None}
+    found = read_json(folder / "summary.json") | {"wall_time_s": None}
     (folder / "summary.json").write_text(json.dumps(found))
-    with pytest.raises(ResultError, match=r"summary\.json: is damaged"):
+    with pytest.raises(ResultError, match=r"summary\.json: wall_time_s must be a number"):
         report_page([folder])
 
 

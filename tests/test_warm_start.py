@@ -43,6 +43,9 @@ def prices(program, seed=0):
     return {name: rng.normal(size=size) for name, size in sizes.items()}
 
 
+GUESS = PROGRAM.gait(PROGRAM.guess())
+
+
 def assert_same(found, expected):
     assert set(found) == set(expected)
     for name, price in expected.items():
@@ -54,9 +57,9 @@ def assert_same(found, expected):
 
 def test_multipliers_are_read_as_they_were_written(tmp_path):
     written = prices(PROGRAM)
-    save_multipliers(written, tmp_path)
+    save_multipliers(replace(GUESS, multipliers=written), tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == [MULTIPLIERS]
-    assert_same(load_multipliers(tmp_path), written)
+    assert_same(load_multipliers(GUESS, tmp_path), written)
 
 
 def test_constraints_may_have_any_name(tmp_path):
@@ -64,35 +67,39 @@ def test_constraints_may_have_any_name(tmp_path):
     names = ["file", "allow_pickle", "arr_0", "a", "a.npy", "a/b", "../c", "", "\0", "__names__"]
     names += ["__0__", "self", "args", "caf\udce9", "\N{GREEK SMALL LETTER MU}", "n" * 70_000]
     written = {name: np.full(k + 1, float(k)) for k, name in enumerate(names)}
-    save_multipliers(written, tmp_path)
-    assert_same(load_multipliers(tmp_path), written)
+    save_multipliers(replace(GUESS, multipliers=written), tmp_path)
+    assert_same(load_multipliers(GUESS, tmp_path), written)
     assert [path.name for path in tmp_path.iterdir()] == [MULTIPLIERS]
-
-
-def test_multipliers_of_older_versions_are_read(tmp_path):
-    """Their names were those of the arrays."""
-    written = prices(PROGRAM)
-    np.savez(tmp_path / MULTIPLIERS, **written)
-    assert_same(load_multipliers(tmp_path), written)
 
 
 @pytest.mark.parametrize("names", ["", "[]", "3", '{"__0__": "a", "gone": "b"}', "[" * 9999])
 def test_names_that_are_damaged_are_refused(tmp_path, names):
     np.savez(tmp_path / MULTIPLIERS, __names__=np.array(names), __0__=np.ones(3))
     with pytest.raises(ResultError, match=MULTIPLIERS):
-        load_multipliers(tmp_path)
+        load_multipliers(GUESS, tmp_path)
 
 
 def test_no_multipliers_are_no_file_and_no_file_is_no_multipliers(tmp_path):
-    save_multipliers({}, tmp_path)
+    save_multipliers(GUESS, tmp_path)
     assert list(tmp_path.iterdir()) == []
-    assert load_multipliers(tmp_path) == {}
-    assert load_multipliers(tmp_path / "nowhere") == {}
+    assert load_multipliers(GUESS, tmp_path) == {}
+    assert load_multipliers(GUESS, tmp_path / "nowhere") == {}
+
+
+def test_multipliers_of_another_walk_are_refused(tmp_path):
+    save_multipliers(replace(GUESS, multipliers=prices(PROGRAM)), tmp_path)
+    with pytest.raises(ResultError, match=f"{MULTIPLIERS}.* another walk"):
+        load_multipliers(replace(GUESS, control_points=GUESS.control_points + 1e-9), tmp_path)
+
+
+def test_multipliers_of_older_versions_are_read(tmp_path):
+    np.savez(tmp_path / MULTIPLIERS, **prices(PROGRAM))
+    assert_same(load_multipliers(GUESS, tmp_path), prices(PROGRAM))
 
 
 @pytest.mark.parametrize("damage", ["text", "cut", "flipped", "empty", "one array"])
 def test_a_damaged_file_is_named(tmp_path, damage):
-    save_multipliers(prices(PROGRAM), tmp_path)
+    save_multipliers(replace(GUESS, multipliers=prices(PROGRAM)), tmp_path)
     content = (tmp_path / MULTIPLIERS).read_bytes()
     middle = len(content) // 2
     (tmp_path / MULTIPLIERS).write_bytes(
@@ -108,7 +115,7 @@ def test_a_damaged_file_is_named(tmp_path, damage):
         with (tmp_path / MULTIPLIERS).open("wb") as file:
             np.save(file, np.ones(3))
     with pytest.raises(ResultError, match=MULTIPLIERS):
-        load_multipliers(tmp_path)
+        load_multipliers(GUESS, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -127,7 +134,7 @@ def test_a_damaged_file_is_named(tmp_path, damage):
 def test_what_is_no_list_of_finite_numbers_is_refused(tmp_path, odd):
     np.savez(tmp_path / MULTIPLIERS, allow_pickle=True, **{"contact position": odd})
     with pytest.raises(ResultError, match=MULTIPLIERS):
-        load_multipliers(tmp_path)
+        load_multipliers(GUESS, tmp_path)
 
 
 # --- the motion
@@ -336,7 +343,7 @@ def test_a_walk_changed_by_5_percent_is_found_sooner_from_its_neighbour(what, ch
     name = "mass" if what == "load" else what
     changed = replace(getattr(task, part), **{name: change * getattr(getattr(task, part), name)})
     other = build_program(replace(task, **{part: changed}))
-    multipliers = fitting(load_multipliers(before.folder), other)
+    multipliers = fitting(load_multipliers(before.gait, before.folder), other)
     start = Start(WARM, adapted(before.gait, other), multipliers)
     (found,), (cold,) = climb(other, start=start), climb(other)
     assert found.success

@@ -12,10 +12,11 @@ from typing import SupportsIndex, overload
 import numpy as np
 
 from human_gait.checks.check import Check
+from human_gait.checks.folder import folder_checks
 from human_gait.checks.verification import verify as verify_record
 from human_gait.exceptions import ResultError
 from human_gait.walk.gait import Gait, Samples
-from human_gait.walk.gait_file import Record, check_splines, load_record, make_record
+from human_gait.walk.gait_file import Record, check_splines, folder_of, load_record, make_record
 
 _SHOWN = 10
 _HEAD = ("check", "found", "limit", "unit", "t [s]", "")
@@ -120,7 +121,9 @@ def verify(result: Gait | Record | str | Path) -> Checks:
         return Checks(verify_record(_finite_record(result)))
     if isinstance(result, Record):
         return Checks(verify_record(result))
-    return Checks(verify_record(load_record(result)))
+    record = load_record(result)
+    files, _ = folder_checks(record.gait, folder_of(result))
+    return Checks([*verify_record(record), *files])
 
 
 def _finite_record(gait: Gait) -> Record:

@@ -171,6 +171,8 @@ def export_gait(
     if unknown:
         raise ValueError(f"no format is called {unknown[0]!r}: choose from {', '.join(FORMATS)}")
     rates = {name: _usual_rate(name) if rate is None else rate for name in formats}
+    for hertz in rates.values():
+        _check_rate(hertz)
     if "c3d" in rates:
         frame_count(gait, rates["c3d"], names.MARKERS_C3D)
     strides = {hertz: sampled(gait, hertz) for hertz in set(rates.values())}
@@ -207,12 +209,16 @@ def _usual_rate(name: str) -> float:
 
 def sampled(gait: Gait, rate: float) -> SampledStride:
     """Return one stride of a gait, `rate` samples a second."""
-    if not RATES[0] <= rate <= RATES[1]:
-        raise ValueError(f"rate = {rate}: must be from {RATES[0]} to {RATES[1]} Hz")
+    _check_rate(rate)
     last, more = (int(np.floor(time * rate + 1e-9)) for time in (2 * gait.step_time, MARGIN))
     t = np.arange(-more, last + more + 1) / rate
     padded = _around_zero(gait, t)
     return SampledStride(gait, rate, _cut(padded, slice(more, more + last + 1)), padded)
+
+
+def _check_rate(rate: float) -> None:
+    if not RATES[0] <= rate <= RATES[1]:
+        raise ValueError(f"rate = {rate}: must be from {RATES[0]} to {RATES[1]} Hz")
 
 
 def _around_zero(gait: Gait, t: FloatArray) -> Samples:

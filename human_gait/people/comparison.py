@@ -1,11 +1,9 @@
 """A result folder held against measured people: a table, two files of numbers and a plot."""
 
 import csv
-import json
 import math
 import statistics
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from html import escape
 from io import StringIO
 from pathlib import Path
@@ -23,15 +21,15 @@ from human_gait.results.names import (
     COMPARISON_CSV,
     COMPARISON_JSON,
     COMPARISON_PNG,
-    GAIT_CYCLE,
-    SUMMARY,
 )
 from human_gait.results.ours import check_free, our_folder
-from human_gait.results.reading import read_json
+from human_gait.results.sealed import digest_of, write_json
 from human_gait.terminal import screen
 from human_gait.values import Value
+from human_gait.walk.belonging import own_gait
+from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait import Gait
-from human_gait.walk.gait_cycle import gait_cycle, load_gait_cycle
+from human_gait.walk.gait_cycle import gait_cycle
 from human_gait.walk.gait_file import load_gait
 
 _WIDTH = 120  # signs in a line of the table, where there is no terminal
@@ -48,6 +46,10 @@ class Comparison(Value):
     references : tuple of Reference
     scores : tuple of Score
     step_scores : tuple of StepScore
+    no_walk : str
+        Why what was compared is no walk, in a sentence; empty for a walk.
+    gait : str
+        The digest of what was compared.
     """
 
     speed: float
@@ -56,6 +58,8 @@ class Comparison(Value):
     references: tuple[Reference, ...]
     scores: tuple[Score, ...]
     step_scores: tuple[StepScore, ...]
+    no_walk: str = ""
+    gait: str = ""
 
     def __str__(self) -> str:
         console = screen(width=_WIDTH, color_system=None, force_terminal=False, file=StringIO())
@@ -64,7 +68,8 @@ class Comparison(Value):
         return "\n".join(line.rstrip() for line in shown.get().splitlines())
 
     def __repr__(self) -> str:
-        lines = [f"Comparison: {self.speed:.2f} m/s, steps of {self.step_length:.2f} m"]
+        lines = [self.no_walk] if self.no_walk else []
+        lines += [f"Comparison: {self.speed:.2f} m/s, steps of {self.step_length:.2f} m"]
         for reference in self.references:
             r = [score.r for score in self.scores if score.reference == reference.name]
             known = [value for value in r if math.isfinite(value)]
@@ -94,10 +99,22 @@ def compare(result: Gait | str | Path) -> Comparison:
     ResultError
         If there is no gait that can be read, or it moves too little to be compared.
     """
-    gait = result if isinstance(result, Gait) else load_gait(result)
-    source = gait.scenario.name if isinstance(result, Gait) else str(result)
+    if isinstance(result, Gait):
+        return compare_gait(result, result.scenario.name)
+    return compare_gait(load_gait(result), str(result))
+
+
+def compare_gait(gait: Gait, source: str) -> Comparison:
+    """Score a gait, which comes from a source that errors name, against the measured curves.
+
+    Raises
+    ------
+    ResultError
+        If it moves too little to be compared.
+    """
     walk = gait.scenario.walk
-    return _compared(gait_cycle(gait), walk.speed, walk.step_length, source)
+    found = compare_cycle(gait_cycle(gait), walk.speed, walk.step_length, source)
+    return replace(found, no_walk=no_walk(gait), gait=gait_digest(gait))
 
 
 def compare_to_folder(folder: str | Path) -> Table:
@@ -106,7 +123,7 @@ def compare_to_folder(folder: str | Path) -> Table:
     Raises
     ------
     ResultError
-        If ``gait_cycle.csv`` or ``summary.json`` is missing or cannot be used.
+        If there is no gait that can be read or compared, or a file beside it does not belong to it.
     """
     comparison = compare_folder(folder)
     save_comparison(comparison, folder)
@@ -114,20 +131,24 @@ def compare_to_folder(folder: str | Path) -> Table:
 
 
 def compare_folder(folder: str | Path) -> Comparison:
-    """Read the result in a folder and score it against the measured curves.
+    """Score the result in a folder against the measured curves.
 
     Raises
     ------
     ResultError
-        If ``gait_cycle.csv`` or ``summary.json`` is missing or cannot be used.
+        If there is no gait that can be read or compared, or a file beside it does not belong to it.
     """
-    folder = Path(folder)
-    cycle = load_gait_cycle(folder / GAIT_CYCLE)
-    speed, step_length = _speed_and_step_length(folder / SUMMARY)
-    return _compared(cycle, speed, step_length, str(folder / GAIT_CYCLE))
+    return compare_gait(own_gait(Path(folder), COMPARISON), str(folder))
 
 
-def _compared(cycle: Cycle, speed: float, step_length: float, source: str) -> Comparison:
+def compare_cycle(cycle: Cycle, speed: float, step_length: float, source: str) -> Comparison:
+    """Score a gait cycle of a walk, by its speed [m/s] and step length [m], which has a source.
+
+    Raises
+    ------
+    ResultError
+        If it cannot be compared; with the source.
+    """
     measured = references_near(speed)
     try:
         found = tuple(score for reference in measured for score in scores(cycle, reference))
@@ -137,43 +158,27 @@ def _compared(cycle: Cycle, speed: float, step_length: float, source: str) -> Co
     return Comparison(speed, step_length, cycle, measured, found, steps)
 
 
-def _speed_and_step_length(path: Path) -> tuple[float, float]:
-    def positive(summary: object) -> tuple[float, float]:
-        speed = _positive(path, summary, "walking_speed_m_per_s")
-        return speed, _positive(path, summary, "step_length_m")
-
-    return read_json(path, positive)
-
-
-def _positive(path: Path, summary: object, key: str) -> float:
-    value = summary.get(key) if isinstance(summary, Mapping) else None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 1e-3 < value < 1e3:
-        raise ResultError(f"{path}: {key} must be a number above 0, of a walk")
-    return float(value)
-
-
 def save_comparison(comparison: Comparison, folder: str | Path) -> None:
     """Write ``compare.json``, ``compare.csv`` and ``compare.png`` into a folder, all or none."""
     folder = Path(folder)
     check_free(folder, COMPARISON)
-    figure = compare_figure(comparison.cycle, comparison.references)
-    text = json.dumps(_plain(comparison), indent=2, allow_nan=False)
+    figure = compare_figure(comparison.cycle, comparison.references, comparison.no_walk)
+    table = _csv(comparison).encode()
+    content = _plain(comparison) | {"files": {COMPARISON_CSV: digest_of(table)}}
     with our_folder(folder, solved=False) as new:
-        (new / COMPARISON_JSON).write_text(text + "\n", encoding="utf-8")
-        (new / COMPARISON_CSV).write_text(_csv(comparison), encoding="utf-8")
-        (new / COMPARISON_PNG).write_bytes(figure.png())
+        write_json(new / COMPARISON_JSON, content, comparison.gait)
+        (new / COMPARISON_CSV).write_bytes(table)
+        (new / COMPARISON_PNG).write_bytes(figure.png({"gait": comparison.gait}))
 
 
 def _plain(comparison: Comparison) -> dict[str, Any]:
-    """Return the scores as JSON knows them; an undefined correlation is null."""
+    """Return the scores as JSON knows them; an undefined correlation will be null."""
     return {
+        "no_walk": comparison.no_walk or None,
         "walking_speed_m_per_s": comparison.speed,
         "step_length_m": comparison.step_length,
         "references": [_source(reference) for reference in comparison.references],
-        "scores": [
-            asdict(score) | {"r": score.r if math.isfinite(score.r) else None}
-            for score in comparison.scores
-        ],
+        "scores": [asdict(score) for score in comparison.scores],
         "step": [asdict(step) | {"inside": step.inside} for step in comparison.step_scores],
     }
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
+from rich.text import Text
 
 from human_gait.people.reference import Score
 from human_gait.people.spatiotemporal import StepScore
@@ -33,8 +34,9 @@ _UNITS = (
 def comparison_table(comparison: Comparison) -> Table:
     """Return the scores as a table, one section for each reference."""
     heading = f"{comparison.speed:.2f} m/s, steps of {comparison.step_length:.2f} m"
+    title = f"Predicted against measured gait: {heading}"
     table = Table(
-        title=f"Predicted against measured gait: {heading}",
+        title=Text("\n".join(filter(None, [comparison.no_walk, title]))),
         caption="\n".join([_UNITS, *map(_sentence, comparison.step_scores)]),
         caption_justify="left",
         box=SIMPLE_HEAD,

@@ -11,6 +11,7 @@ from human_gait.walk.gait_cycle import label_and_unit
 
 _DPI = 130
 PREDICTED = "#D55E00"
+_WARNING = "#B00020"
 _MEASURED = (("#0072B2", "--"), ("#00795A", "-."), ("#A94E86", ":"))
 """Colours of Okabe and Ito (safe for the colour-blind), dark enough to be read, and styles."""
 
@@ -25,7 +26,7 @@ PANELS = (
 
 
 @plain()
-def compare_figure(cycle: Cycle, measured: Sequence[Reference]) -> Picture:
+def compare_figure(cycle: Cycle, measured: Sequence[Reference], warning: str = "") -> Picture:
     """Draw every column of a gait cycle over the measured mean and its SD.
 
     Parameters
@@ -33,6 +34,8 @@ def compare_figure(cycle: Cycle, measured: Sequence[Reference]) -> Picture:
     cycle : mapping of str to (101,) array
     measured : sequence of Reference, at most three
         One that covers stance only is stretched over the predicted stance.
+    warning : str
+        Why it is no walk.
 
     Raises
     ------
@@ -49,7 +52,14 @@ def compare_figure(cycle: Cycle, measured: Sequence[Reference]) -> Picture:
         ax.set_xlabel("gait cycle of the right leg [%]")
     figure.align_ylabels(axes)
     _legend(figure, axes.flat)
+    warn_on(figure, warning)
     return figure
+
+
+def warn_on(figure: Picture, warning: str) -> None:
+    """Write above a figure what is wrong with its walk, if anything is."""
+    if warning:
+        figure.suptitle(warning, color=_WARNING, fontsize=10, fontweight="bold", parse_math=False)
 
 
 def draw_column(ax: Axes, column: str, cycle: Cycle, measured: Sequence[Reference]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from io import BytesIO
@@ -10,7 +9,7 @@ from pathlib import Path
 
 from human_gait.canvas import SOURCE, Axes, Picture, plain
 from human_gait.exceptions import ResultError
-from human_gait.people.pictures import draw_column
+from human_gait.people.pictures import draw_column, warn_on
 from human_gait.people.reference import references, scores
 from human_gait.pictures.backpacks import (
     PANEL_LETTERS,
@@ -23,7 +22,10 @@ from human_gait.pictures.sticks import stick_diagram
 from human_gait.pictures.style import STYLE, new_figure
 from human_gait.results.names import GAIT_FILE, SUMMARY
 from human_gait.results.ours import our_folder
+from human_gait.results.reading import read_json
 from human_gait.scenario import Load, Scenario
+from human_gait.walk.belonging import own_gait
+from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import gait_cycle
 from human_gait.walk.gait_file import load_gait
@@ -61,10 +63,14 @@ def save_figures(results: str | Path, folder: str | Path) -> list[Path]:
     gaits, target = load_results(results), Path(folder)
     drawn: dict[str, bytes] = {}
     for name, (draw, needed) in FIGURES.items():
+        walks = [gaits[result] for result in needed]
+        digests = " ".join(map(gait_digest, walks))
         with plain(_SVG):
-            figure, svg = draw(*(gaits[result] for result in needed)), BytesIO()
-            figure.savefig(svg, format="svg", metadata={"Date": None, "Source": SOURCE})
-        drawn |= {f"{name}.png": figure.png(), f"{name}.svg": svg.getvalue()}
+            figure, svg = draw(*walks), BytesIO()
+            warn_on(figure, next(filter(None, map(no_walk, walks)), ""))
+            about = {"Date": None, "Source": SOURCE, "Identifier": digests}
+            figure.savefig(svg, format="svg", metadata=about)
+        drawn |= {f"{name}.png": figure.png({"gait": digests}), f"{name}.svg": svg.getvalue()}
     with our_folder(target, solved=False) as new:
         for name, content in drawn.items():
             (new / name).write_bytes(content)
@@ -72,17 +78,13 @@ def save_figures(results: str | Path, folder: str | Path) -> list[Path]:
 
 
 def failed_results(results: str | Path) -> list[Path]:
-    """Return the folders of results whose ``summary.json`` says that no walk was found."""
+    """Return the folders of results that are no walk, as far as they know."""
     folders = [Path(results) / name for name in MAKE_TARGETS]
-    return [folder for folder in folders if _failed(folder / SUMMARY)]
+    return [folder for folder in folders if no_walk(load_gait(folder)) or _failed(folder / SUMMARY)]
 
 
 def _failed(summary: Path) -> bool:
-    try:
-        found = json.loads(summary.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):  # the walk itself does not need it
-        return False
-    return isinstance(found, Mapping) and found.get("success") is False
+    return summary.is_file() and read_json(summary, {"success": bool})["success"] is False
 
 
 def load_results(results: str | Path) -> dict[str, Gait]:
@@ -91,15 +93,15 @@ def load_results(results: str | Path) -> dict[str, Gait]:
     Raises
     ------
     ResultError
-        If one is missing or cannot be read, or if the walks with a backpack differ in more than
-        the load.
+        If one is missing or cannot be read, or has a file of another walk, or if the walks with a
+        backpack differ in more than the load.
     """
     folders = {name: Path(results) / name for name in MAKE_TARGETS}
     missing = [name for name, folder in folders.items() if not (folder / GAIT_FILE).is_file()]
     if missing:
         places = ", ".join(f"{folders[name]} (make {MAKE_TARGETS[name]})" for name in missing)
         raise ResultError(f"no {GAIT_FILE} in {places}")
-    gaits = {name: load_gait(folder) for name, folder in folders.items()}
+    gaits = {name: own_gait(folder) for name, folder in folders.items()}
     for name in _BACKPACKS[1:]:
         if _walk(gaits[name]) != _walk(gaits[_BACKPACKS[0]]):
             first = folders[_BACKPACKS[0]]

@@ -14,7 +14,8 @@ import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import GRAVITY
-from human_gait.canvas import Figure, Line2D, Patch, Picture, plain
+from human_gait.canvas import Line2D, Patch, Picture, plain
+from human_gait.people.pictures import warn_on
 from human_gait.pictures.footprints import zmp
 from human_gait.pictures.sticks import stick_diagram
 from human_gait.pictures.style import (
@@ -33,6 +34,7 @@ from human_gait.pictures.style import (
     widen,
 )
 from human_gait.results.ours import our_folder
+from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait_cycle import gait_cycle
 
 if TYPE_CHECKING:
@@ -65,8 +67,8 @@ _FORCES = {
 def save_plots(gait: Gait, folder: str | Path) -> None:
     """Write all pictures of a walk into a folder, as PNG: all of them or none."""
     with our_folder(Path(folder), solved=False) as new:
-        for name, draw in PLOTS.items():
-            (new / f"{name}.png").write_bytes(draw(gait).png())
+        for name in PLOTS:
+            (new / f"{name}.png").write_bytes(plot(gait, name).png({"gait": gait_digest(gait)}))
 
 
 @plain(STYLE)
@@ -147,7 +149,7 @@ PLOTS: Mapping[str, Callable[[Gait], Picture]] = {
 """The pictures by the names of their files."""
 
 
-def plot(gait: Gait, name: str) -> Figure:
+def plot(gait: Gait, name: str) -> Picture:
     """Return a picture of a walk by its name.
 
     Raises
@@ -157,4 +159,7 @@ def plot(gait: Gait, name: str) -> Figure:
     """
     if name not in PLOTS:
         raise ValueError(f"no picture is called {name!r}: choose from {', '.join(PLOTS)}")
-    return PLOTS[name](gait)
+    with plain(STYLE):
+        figure = PLOTS[name](gait)
+        warn_on(figure, no_walk(gait))
+        return figure

@@ -39,7 +39,7 @@ SUFFIXES = (".gif", ".mp4", ".png")
 _RATE = 25  # frames per second, about: a stride has a whole number of them
 _SIZE = (400, 500)  # of one walker, [px]
 _STILL_HEIGHT = 480  # [px]
-_SIZES = (64, 4000)  # that a picture can have, [px]
+_SIZES = (64, 1920)  # that a picture can have, [px]
 _LASTS = 8.0  # what a film that does not repeat itself takes at least, [s]
 _COLOURS = 255
 
@@ -137,8 +137,10 @@ def _check(target: Path, view: str, size: tuple[int, int] | None) -> None:
 
 def _said_of(gaits: Sequence[Gait]) -> str:
     """Return what a file says of its walks, in one line."""
-    walks = [f"{one.scenario.name} (gait={gait_digest(one)})" for one in gaits]
-    return " ".join([f"human-gait: {' and '.join(walks)}.", *filter(None, map(no_walk, gaits))])
+    digests = [f"gait={gait_digest(one)}" for one in gaits]  # first: a comment may be cut
+    names = " and ".join(one.scenario.name for one in gaits)
+    said = " ".join(["human-gait", *digests, f"{names}.", *filter(None, map(no_walk, gaits))])
+    return "".join(sign if sign.isprintable() else "?" for sign in said)  # on one line
 
 
 def _frames(
@@ -181,7 +183,7 @@ def _write_gif(frames: list[Image.Image], file: Path, stride: float, told: str) 
         append_images=rest,
         duration=[10 * (end - start) for start, end in pairwise(ends)],
         loop=0,
-        comment=told.encode()[:255],
+        comment=told.encode("utf-8", "replace")[:255],
     )
 
 
@@ -194,12 +196,12 @@ def _write_mp4(
     command = [
         *(program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"),
         *("-s", f"{width}x{height}", "-r", str(rate), "-i", "-", "-an", "-c:v", "libx264"),
+        *("-vf", f"loop={ceil(_LASTS / stride) - 1}:{len(frames)}:0"),
         *("-crf", "20", "-pix_fmt", "yuv420p", "-movflags", "+faststart"),
         *("-metadata", f"comment={told}", "-f", "mp4", str(file)),
     ]
     content = b"".join(frame.crop((0, 0, width, height)).tobytes() for frame in frames)
-    content *= ceil(_LASTS / stride)
     ended = subprocess.run(command, input=content, capture_output=True, check=False)
     if ended.returncode:
         said = ended.stderr.decode(errors="replace").strip().splitlines() or ["no reason given"]
-        raise ResultError(f"{file}: {program} cannot write it: {said[-1]}")
+        raise ResultError(f"{program} cannot encode the film: {said[-1]}")

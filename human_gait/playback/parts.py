@@ -25,7 +25,8 @@ from human_gait.playback.shapes import Mesh, rounded
 LOAD = "backpack"
 """Name that the parts of the load begin with, whatever it is."""
 
-_HEAD_POINTS = 500  # of each ball
+_POINTS = {"head": 500, **dict.fromkeys(TRUNK, 260)}  # of each ball, by segment
+_POINTS_OF_LIMBS = 150
 # Places on the head, of the stature, in the axes of the body: x left, y up, z forward.
 _FACE = {  # centre on the left side, radius, colour
     "eye": ((0.0150, 0.0300, 0.0470), 0.0030, 0x33261F),
@@ -86,8 +87,8 @@ def _limbs(drawn: Sequence[Capsule], joints: FloatArray) -> Iterator[Part]:
         of_part = list(group)
         centres = np.concatenate([piece.ends for piece in of_part])
         radii = np.repeat([piece.radius for piece in of_part], 2)
-        fine = {"points_each": _HEAD_POINTS} if link == SEGMENTS["head"] else {}
-        yield Part(link, f"part{k:02d}", rounded(centres, radii, **fine), as_number(colour))
+        points = _POINTS.get(of_part[0].segment, _POINTS_OF_LIMBS)
+        yield Part(link, f"part{k:02d}", rounded(centres, radii, points), as_number(colour))
 
 
 def _waist(drawn: Sequence[Capsule], joints: FloatArray) -> Iterator[Capsule]:

@@ -121,7 +121,9 @@ class Walker:
     def reach(self) -> FloatArray:
         """Where body and load are in the stride, (n, 3), [m], with a place on the ground."""
         found = [self.placed(phase)[0][::_SOME] for phase in np.arange(_PHASES) / _PHASES]
-        return np.concatenate([*found, np.zeros((1, 3))])
+        reached = np.concatenate([*found, np.zeros((1, 3))])
+        low = [-np.inf, 0.0, -np.inf]  # nothing is seen below the ground
+        return np.asarray(np.maximum(reached, low))
 
 
 def stage_for(

@@ -6,8 +6,8 @@ const FILMS = ["video/webm;codecs=vp9", "video/webm", "video/mp4"];
 const filmType = window.MediaRecorder && FILMS.find(type => MediaRecorder.isTypeSupported(type));
 const sheet = document.createElement("canvas"); // the picture with what is written over it
 
-function copyPicture() {
-  viewer.render();
+function copyPicture(level) {
+  draw(level);
   const picture = viewer.renderer.domElement;
   const pen = sheet.getContext("2d");
   pen.drawImage(picture, 0, 0, sheet.width, sheet.height);
@@ -28,10 +28,11 @@ function copyPicture() {
   });
 }
 
-function startSheet() {
+function startSheet(level) {
+  draw(level); // which settles the size
   const { width, height } = viewer.renderer.domElement;
   Object.assign(sheet, { width: width - width % 2, height: height - height % 2 });
-  copyPicture();
+  copyPicture(level);
 }
 
 function download(blob, suffix) {
@@ -43,15 +44,14 @@ function download(blob, suffix) {
 }
 
 function savePicture() {
-  draw(0); // at its best
-  startSheet();
+  startSheet(0); // at its best
   sheet.toBlob(blob => download(blob, "png"), "image/png");
 }
 
 function saveFilm() {
   const before = { playing: state.playing, speed: state.speed };
   seek(0);
-  startSheet();
+  startSheet(quality.level);
   const recorder = new MediaRecorder(sheet.captureStream(), { mimeType: filmType, videoBitsPerSecond: 8e6 });
   const parts = [];
   recorder.ondataavailable = event => parts.push(event.data);
@@ -67,7 +67,7 @@ function saveFilm() {
   setPlaying(true);
   recorder.start();
   const record = () => {
-    copyPicture();
+    copyPicture(quality.level);
     if (state.playing && state.strides < 1) requestAnimationFrame(record);
     else recorder.stop();
   };

@@ -61,7 +61,7 @@ def flat(polygons: Iterable[FloatArray], height: float) -> Mesh:
     return Mesh(np.array(vertices), np.array(faces))
 
 
-def rounded(centres: FloatArray, radii: npt.ArrayLike, points_each: int = 160) -> Mesh:
+def rounded(centres: FloatArray, radii: npt.ArrayLike, points_each: int = 150) -> Mesh:
     """Return the convex hull of balls: their centres (n, 3) and radii (n,) or one for all, [m]."""
     size = np.broadcast_to(np.asarray(radii, dtype=float), len(centres))
     points = (centres[:, None] + size[:, None, None] * _unit_sphere(points_each)).reshape(-1, 3)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -11,13 +10,17 @@ from typing import Any
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
+from rich.text import Text
 
-from human_gait.people.reference import correlation
+from human_gait.people.reference import Cycle, correlation
 from human_gait.results.folder import whole_file
-from human_gait.results.names import AGREEMENT, GAIT_CYCLE, SUMMARY
-from human_gait.walk.gait_cycle import label_and_unit, load_gait_cycle
-
-_SHOWN = ("success", "solver_status", "cost", "wall_time_s", "evaluations")
+from human_gait.results.names import AGREEMENT, SUMMARY
+from human_gait.results.reading import read_json
+from human_gait.results.sealed import write_json
+from human_gait.results.shapes import RESULT_SHAPE
+from human_gait.walk.belonging import own_gait
+from human_gait.walk.described import gait_digest
+from human_gait.walk.gait_cycle import gait_cycle, label_and_unit
 
 
 @dataclass(frozen=True)
@@ -41,25 +44,41 @@ class CurveDifference:
 
 
 def agreement_to_folder(folder: Path, names: Sequence[str]) -> Table:
-    """Compare the results in `folder`/name with the first of them, write ``agreement.json``."""
-    summaries = {name: _summary(folder / name) for name in names}
-    differences = {name: curve_differences(folder / names[0], folder / name) for name in names[1:]}
+    """Compare the results in `folder`/name with the first of them, write ``agreement.json``.
+
+    Raises
+    ------
+    ResultError
+        If one cannot be read, or has a file of another walk.
+    """
+    gaits = {name: own_gait(folder / name) for name in names}
+    summaries = {name: read_json(folder / name / SUMMARY, RESULT_SHAPE) for name in names}
+    first, *others = map(gait_cycle, gaits.values())
+    differences = dict(
+        zip(names[1:], (curve_differences(first, other) for other in others), strict=True)
+    )
     found = {
-        "results": summaries,
+        "results": {
+            name: {key: summary[key] for key in RESULT_SHAPE} for name, summary in summaries.items()
+        },
         "cost_relative_to_first": {
-            name: summary["cost"] / summaries[names[0]]["cost"] - 1.0
+            name: _relative(summary["cost"], summaries[names[0]]["cost"])
             for name, summary in summaries.items()
         },
         "curves": {name: [asdict(d) for d in rows] for name, rows in differences.items()},
     }
     with whole_file(folder / AGREEMENT) as path:
-        path.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+        write_json(path, found, {name: gait_digest(gait) for name, gait in gaits.items()})
     return _table(names, summaries, differences)
 
 
-def curve_differences(first: Path, second: Path) -> list[CurveDifference]:
-    """Return the differences of all curves of two result folders."""
-    one, other = (load_gait_cycle(folder / GAIT_CYCLE) for folder in (first, second))
+def _relative(cost: float | None, first: float | None) -> float | None:
+    """Return by what share a cost is higher; None if that is no number."""
+    return cost / first - 1.0 if cost is not None and first else None
+
+
+def curve_differences(one: Cycle, other: Cycle) -> list[CurveDifference]:
+    """Return the differences of all curves of two gait cycles."""
     return [_difference(name, one[name], other[name]) for name in list(one)[1:]]
 
 
@@ -71,14 +90,10 @@ def _difference(name: str, one: Any, other: Any) -> CurveDifference:
     return CurveDifference(name, r, float(np.sqrt(np.mean(apart**2))), float(apart.max()))
 
 
-def _summary(folder: Path) -> dict[str, Any]:
-    summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-    return {key: summary[key] for key in _SHOWN}
-
-
 def _outcome(name: str, summary: dict[str, Any]) -> str:
     found = "a walk" if summary["success"] else "no walk"
-    return f"{name}: {found}, cost {summary['cost']:.1f} N2 m2 s ({summary['solver_status']})"
+    cost = "unknown" if summary["cost"] is None else f"{summary['cost']:.1f} N2 m2 s"
+    return f"{name}: {found}, cost {cost} ({summary['solver_status']})"
 
 
 def _table(
@@ -87,7 +102,7 @@ def _table(
     differences: dict[str, list[CurveDifference]],
 ) -> Table:
     lines = [_outcome(name, summaries[name]) for name in names]
-    table = Table(title="\n".join(lines), title_justify="left", box=SIMPLE_HEAD)
+    table = Table(title=Text("\n".join(lines)), title_justify="left", box=SIMPLE_HEAD)
     for column in ("curve", "solver", "r", "RMS", "largest"):
         table.add_column(column, justify="left" if column in ("curve", "solver") else "right")
     for name, rows in differences.items():

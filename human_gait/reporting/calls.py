@@ -16,6 +16,7 @@ from human_gait.results.folder import whole_file
 from human_gait.results.names import REPORT
 from human_gait.results.ours import check_free
 from human_gait.terminal import screen
+from human_gait.walk.belonging import own_gait
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import folder_of
 
@@ -63,9 +64,10 @@ def explain(result: Gait | str | Path) -> Explanation:
     Raises
     ------
     ResultError
-        If there is no result that can be read.
+        If there is no result that can be read, or a file in it is of another walk.
     """
     with _folders([result]) as (folder,):
+        own_gait(folder)
         console = screen(width=_WIDTH, color_system=None, file=StringIO())
         with console.capture() as shown:
             console.print(explained(folder), markup=False, highlight=False)

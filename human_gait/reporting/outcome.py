@@ -10,6 +10,7 @@ from typing import Any
 
 from human_gait.results.names import SUMMARY
 from human_gait.results.reading import read_json
+from human_gait.results.shapes import SUMMARY_SHAPE
 
 
 @dataclass(frozen=True)
@@ -112,57 +113,47 @@ def read_outcome(folder: Path) -> Outcome:
     ResultError
         If its ``summary.json`` is missing or damaged.
     """
-    return read_json(folder / SUMMARY, _outcome)
+    return _outcome(read_json(folder / SUMMARY, SUMMARY_SHAPE))
 
 
 def _outcome(found: Any) -> Outcome:
     diagnosis = found["diagnosis"] or {"not_kept": (), "try": ()}
+    alike = ("success", "start", "solver", "dynamics", "seed", "iterations", "evaluations")
     return Outcome(
-        success=bool(found["success"]),
-        start=str(found["start"]),
-        solver=str(found["solver"]),
-        dynamics=str(found["dynamics"]),
-        status=str(found["solver_status"]),
-        seed=int(found["seed"]),
-        iterations=int(found["iterations"]),
-        evaluations=int(found["evaluations"]),
-        n_variables=int(found["n_variables"]),
-        n_constraints=int(found["n_constraints"]),
+        **{key: found[key] for key in (*alike, "n_variables", "n_constraints", "versions")},
+        status=found["solver_status"],
         wall_time=float(found["wall_time_s"]),
-        cost=float(found["cost"]),
+        cost=_number(found["cost"]),
         trials=tuple(map(_trial, found["attempts"])),
         checks=tuple(_check(name, one) for name, one in found["checks"].items()),
         violations=tuple(_violation(name, one) for name, one in found["violations"].items()),
-        not_kept=tuple(map(str, diagnosis["not_kept"])),
-        tries=tuple(
-            (str(one["key"]), str(one["change"]), str(one["because"])) for one in diagnosis["try"]
-        ),
-        versions={str(name): str(version) for name, version in found["versions"].items()},
+        not_kept=tuple(diagnosis["not_kept"]),
+        tries=tuple((one["key"], one["change"], one["because"]) for one in diagnosis["try"]),
     )
+
+
+def _number(found: float | None) -> float:
+    """Return a number; null stands for one that is not finite."""
+    return math.inf if found is None else float(found)
 
 
 def _trial(found: Any) -> Trial:
     return Trial(
-        start=str(found["start"]),
-        solver=str(found["solver"]),
-        status=str(found["solver_status"]),
-        converged=bool(found["converged"]),
-        success=bool(found["success"]),
-        failed=tuple(map(str, found["failed_checks"])),
+        **{key: found[key] for key in ("start", "solver", "converged", "success")},
+        status=found["solver_status"],
+        failed=tuple(found["failed_checks"]),
         wall_time=float(found["wall_time_s"]),
-        cost=float(found["cost"]),
+        cost=_number(found["cost"]),
     )
 
 
 def _check(name: str, found: Any) -> Finding:
-    value, time = float(found["value"]), float(found["time"])
-    limit = math.inf if found["limit"] is None else float(found["limit"])
-    what, equation = (str(found.get(key, "")) for key in ("what", "equation"))
-    unit, passed = str(found["unit"]), bool(found["passed"])
-    return Finding(name, unit, value, limit, time, passed, what, equation)
+    value, limit, time = _number(found["value"]), _number(found["limit"]), float(found["time"])
+    what, equation = (found.get(key) or "" for key in ("what", "equation"))
+    return Finding(name, found["unit"], value, limit, time, found["passed"], what, equation)
 
 
 def _violation(name: str, found: Any) -> Finding:
-    value, time = float(found["value"]), float(found["time_s"])
-    what, equation = str(found["what"]), str(found["equation"])
-    return Finding(name, str(found["unit"]), value, 0.0, time, what=what, equation=equation)
+    value, time = _number(found["value"]), float(found["time_s"])
+    what, equation = found["what"], found["equation"]
+    return Finding(name, found["unit"], value, 0.0, time, what=what, equation=equation)

@@ -8,16 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from human_gait.exceptions import ResultError
-from human_gait.people.comparison import Comparison, compare_folder
+from human_gait.people.comparison import Comparison, compare_gait
 from human_gait.people.reference import Cycle
 from human_gait.reporting.outcome import Outcome, read_outcome
-from human_gait.results.names import EXPLANATION, GAIT_CYCLE, GAIT_FILE, SUMMARY
+from human_gait.results.names import EXPLANATION, GAIT_FILE, REPORT, SUMMARY
 from human_gait.results.reading import AGAIN, read_json
+from human_gait.results.shapes import EXPLANATION_SHAPE
+from human_gait.walk.belonging import own_gait
 from human_gait.walk.gait import Gait
-from human_gait.walk.gait_cycle import load_gait_cycle
-from human_gait.walk.gait_file import load_gait
+from human_gait.walk.gait_cycle import gait_cycle
 
-_FILES = (GAIT_FILE, SUMMARY, GAIT_CYCLE, EXPLANATION)
+_FILES = (GAIT_FILE, SUMMARY, EXPLANATION)
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,8 @@ def read_results(folders: Sequence[Path]) -> tuple[Result, ...]:
     Raises
     ------
     ResultError
-        If one is no result, has a file missing or damaged, or is given twice.
+        If one is no result, has a file that is missing, damaged or of another walk, or is given
+        twice.
     """
     places = [folder.resolve() for folder in folders]
     for folder, place in zip(folders, places, strict=True):
@@ -82,7 +84,7 @@ def read_results(folders: Sequence[Path]) -> tuple[Result, ...]:
             raise ResultError(f"{folder}: the same result is given twice")
     for folder in folders:
         _check_files(folder)
-    gaits = [load_gait(folder) for folder in folders]
+    gaits = [own_gait(folder, (REPORT,)) for folder in folders]
     names = (
         [gait.scenario.name for gait in gaits],
         [place.name for place in places],
@@ -102,22 +104,15 @@ def _check_files(folder: Path) -> None:
 
 
 def _result(label: str, folder: Path, gait: Gait) -> Result:
-    outcome = read_outcome(folder)
-    return Result(
-        label,
-        folder,
-        gait,
-        load_gait_cycle(folder / GAIT_CYCLE),
-        outcome,
-        read_bounds(folder),
-        _comparison(folder, outcome),
-    )
+    outcome, cycle = read_outcome(folder), gait_cycle(gait)
+    comparison = _comparison(folder, gait, outcome)
+    return Result(label, folder, gait, cycle, outcome, read_bounds(folder), comparison)
 
 
-def _comparison(folder: Path, outcome: Outcome) -> Comparison | None:
+def _comparison(folder: Path, gait: Gait, outcome: Outcome) -> Comparison | None:
     """Return how a result compares with people; an attempt that failed need not be comparable."""
     try:
-        return compare_folder(folder)
+        return compare_gait(gait, str(folder))
     except ResultError:
         if outcome.success:
             raise
@@ -132,19 +127,14 @@ def read_bounds(folder: Path) -> tuple[Bound, ...]:
     ResultError
         If ``explanation.json`` is missing or damaged.
     """
-    return read_json(folder / EXPLANATION, _bounds)
+    found = read_json(folder / EXPLANATION, EXPLANATION_SHAPE)
+    return tuple(_bound(one, found["step_time_s"]) for one in found["shapes"])
 
 
-def _bounds(found: Any) -> tuple[Bound, ...]:
-    step_time = float(found["step_time_s"])
-    return tuple(
-        Bound(
-            name=str(one["constraint"]),
-            what=str(one["what"]),
-            meaning=str(one["meaning"]),
-            step=str(one["step"]),
-            share=float(one["time_s"]) / step_time,
-            saving=float(one["saving"]),
-        )
-        for one in found["shapes"]
+def _bound(found: Any, step_time: float) -> Bound:
+    return Bound(
+        name=found["constraint"],
+        **{key: found[key] for key in ("what", "meaning", "step")},
+        share=found["time_s"] / step_time,
+        saving=float(found["saving"]),
     )

@@ -135,7 +135,7 @@ def differences(results: Sequence[Result]) -> Table:
     """Return how far the curves of the other results are from those of the first."""
     first, *others = results
     heads = ("r", "RMS", "largest")
-    found = [curve_differences(first.folder, one.folder) for one in others]
+    found = [curve_differences(first.cycle, one.cycle) for one in others]
     rows = [
         (*curve_cells(column), *(cell for curves in found for cell in _difference(curves[k])))
         for k, column in enumerate(COLUMNS[1:])

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from human_gait.results.names import EXPLANATION, SUMMARY
 from human_gait.results.reading import read_json
+from human_gait.results.shapes import EXPLANATION_SHAPE, VERDICT
 
 _SHOWN = 15
 _NOTE = (
@@ -32,8 +33,8 @@ def explained(folder: Path) -> RenderableType:
     ResultError
         If a file is missing, as in results of older versions, or damaged.
     """
-    failure = read_json(folder / SUMMARY, _failure)
-    return failure or read_json(folder / EXPLANATION, _shapes)
+    failure = _failure(read_json(folder / SUMMARY, VERDICT))
+    return failure or _shapes(read_json(folder / EXPLANATION, EXPLANATION_SHAPE))
 
 
 def diagnosis_text(diagnosis: dict[str, Any]) -> str:
@@ -47,7 +48,10 @@ def diagnosis_text(diagnosis: dict[str, Any]) -> str:
 
 def _failure(summary: dict[str, Any]) -> str:
     """Return the diagnosis of a solve that found no walk; nothing if it found one."""
-    return "" if summary["success"] else diagnosis_text(summary["diagnosis"])
+    if summary["success"]:
+        return ""
+    diagnosis = summary["diagnosis"]
+    return diagnosis_text(diagnosis) if diagnosis else "no walk was found; why is not recorded"
 
 
 def _shapes(explanation: dict[str, Any]) -> Group:

@@ -115,6 +115,17 @@ class Section:
         """Return the section as plain tables, lists, numbers and text; inverse of `from_table`."""
         return {name: _plain(getattr(self, name)) for name in self.kinds()}
 
+    def own_table(self) -> dict[str, Any]:
+        """Return what is not as by default: the same for a scenario in all versions to come."""
+        table = self.to_table()
+        for name in self.kinds():
+            value = getattr(self, name)
+            if not self._differs(name):
+                table.pop(name, None)
+            elif isinstance(value, Section):
+                table[name] = value.own_table()
+        return table
+
     @classmethod
     def kinds(cls) -> dict[str, Any]:
         """Return the type of every setting by name."""

@@ -13,23 +13,26 @@ from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import N_DOF, index
 from human_gait.problem.constraints import LIMITS, SYMMETRY
 from human_gait.problem.program import GaitProgram
+from human_gait.results.archive import numbers, opened, told
 from human_gait.results.names import MULTIPLIERS
+from human_gait.walk.belonging import GAIT_MEMBER, multipliers_belong
+from human_gait.walk.described import gait_digest
 from human_gait.walk.gait import Gait
-from human_gait.walk.gait_file import numbers, opened
 
 _FORWARD = index("pelvis_tz")
 _SAMPLES = 100
 _NAMES = "__names__"
 
 
-def save_multipliers(multipliers: Mapping[str, FloatArray], folder: Path) -> None:
+def save_multipliers(gait: Gait, folder: Path) -> None:
     """Write the shadow price of every bound, by name of its constraint, to ``multipliers.npz``.
 
     In N^2 m^2 s per unit of the row, as `Solution.multipliers`; nothing is written if there are
-    none.
+    none. The digest of the gait is with them.
     """
-    if multipliers:
-        np.savez_compressed(folder / MULTIPLIERS, **_packed(multipliers))  # type: ignore[arg-type]
+    if gait.multipliers:
+        members = {**_packed(gait.multipliers), GAIT_MEMBER: np.array(gait_digest(gait))}
+        np.savez_compressed(folder / MULTIPLIERS, **members)  # type: ignore[arg-type]
 
 
 def _packed(multipliers: Mapping[str, FloatArray]) -> dict[str, np.ndarray[Any, Any]]:
@@ -45,25 +48,27 @@ def _packed(multipliers: Mapping[str, FloatArray]) -> dict[str, np.ndarray[Any, 
 def _keys(file: Mapping[str, Any]) -> dict[str, str]:
     """Return the name of its array for each name of a constraint, also of older versions."""
     if _NAMES not in file:
-        return {name: name for name in file}
-    keys = json.loads(str(file[_NAMES]))
+        return {name: name for name in file if name != GAIT_MEMBER}
+    keys = told(file, _NAMES)
     if not isinstance(keys, dict):
         raise TypeError(f"{_NAMES} holds no names")
     return {str(name): key for key, name in keys.items()}
 
 
-def load_multipliers(folder: Path) -> dict[str, FloatArray]:
-    """Return the multipliers of a result; none if it has none.
+def load_multipliers(gait: Gait, folder: Path) -> dict[str, FloatArray]:
+    """Return the multipliers of the gait of a result; none if it has none.
 
     Raises
     ------
     ResultError
-        If the file cannot be read or holds something else.
+        If the file cannot be read, holds something else, or is of another gait.
     """
     path = folder / MULTIPLIERS
     if not path.exists():
         return {}
     with opened(path, "multipliers") as file:
+        if not multipliers_belong(file, gait):
+            raise ValueError("they are of another walk than the gait beside them")
         found = {name: numbers(file, key) for name, key in _keys(file).items()}
         if odd := [name for name, price in found.items() if price.ndim != 1]:
             raise ValueError(f"{odd[0]} is not a list of numbers")

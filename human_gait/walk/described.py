@@ -46,7 +46,8 @@ def gait_digest(gait: Gait) -> str:
     name nor how it was found. What is made from a gait carries them, so that it can be told what
     belongs to which walk.
     """
-    words = json.dumps(gait.scenario.to_dict() | {"name": ""}, sort_keys=True)
+    asked = gait.scenario.own_table() | {"name": ""}  # a setting that is new changes no old digest
+    words = json.dumps(asked, sort_keys=True)
     content = hashlib.sha256(words.encode("utf-8", "surrogatepass"))
     for array in (gait.breaks, gait.control_points):
         content.update((np.asarray(array, dtype="<f8") + 0.0).tobytes())  # no -0

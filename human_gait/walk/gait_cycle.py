@@ -20,6 +20,7 @@ from human_gait.arrays import FloatArray
 from human_gait.body import skeleton
 from human_gait.body.dh import DHTable, frames
 from human_gait.exceptions import ResultError
+from human_gait.results.reading import read_text
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
@@ -159,10 +160,8 @@ def load_gait_cycle(path: str | Path) -> dict[str, FloatArray]:
 def _read_csv(path: Path) -> tuple[list[str], FloatArray]:
     """Return the header and the values, (101, columns), all finite."""
     try:
-        rows = list(csv.reader(path.read_text(encoding="utf-8").splitlines()))
+        rows = list(csv.reader(read_text(path).splitlines()))
         values = np.array(rows[1:], dtype=float)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be read: {error.strerror}") from None
     except (ValueError, csv.Error):  # not text, not numbers, or rows of unequal length
         raise ResultError(f"{path}: is not a table of numbers below a header") from None
     header = rows[0] if rows else []

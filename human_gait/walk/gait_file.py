@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import zipfile
-import zlib
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,8 +15,10 @@ import numpy.typing as npt
 from human_gait.arrays import FloatArray
 from human_gait.body.person import Body
 from human_gait.body.skeleton import DOF_NAMES, N_DOF, SEGMENTS
-from human_gait.exceptions import ResultError, ScenarioError
+from human_gait.results.archive import numbers, opened, text, told
 from human_gait.results.names import GAIT_FILE
+from human_gait.results.sealed import plain
+from human_gait.results.shapes import SOLUTION_SHAPE, faults
 from human_gait.scenario import Scenario
 from human_gait.values import Value
 from human_gait.walk.bspline import DEGREE
@@ -38,11 +36,8 @@ footholds: where these points stand. mass: of the 55 links, the load with the th
 scenario and solution are JSON; so are digests, the sha256 of every other member."""
 _FARTHEST = 25.0  # [rad] or [m], more than joints can be allowed
 _CLOSEST = 5e-3  # of the step: two samples or more to every piece
-_LARGEST = 2**28  # bytes: the finest grid that can be asked for takes 80 MB
-_MOST_MEMBERS = 1000
 _DIGESTS = "digests"
 _SHOWN_NAME = 40
-_PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _SHAPES: dict[str, tuple[int, ...]] = {  # of the samples of one instant
     **dict.fromkeys(("q", "v", "a", "tau", "active"), (N_DOF,)),
     "zmp": (3,),
@@ -50,18 +45,6 @@ _SHAPES: dict[str, tuple[int, ...]] = {  # of the samples of one instant
     **dict.fromkeys(("yaw_moment", "toe_share"), (2,)),
     "points": (2, 4, 3),
 }
-_UNREADABLE = (  # what numpy, zipfile, zlib and json raise at a damaged file
-    OSError,
-    EOFError,
-    ValueError,
-    TypeError,
-    LookupError,
-    RuntimeError,
-    MemoryError,
-    zipfile.BadZipFile,
-    zlib.error,
-    ScenarioError,
-)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -115,7 +98,7 @@ def members_of(record: Record) -> dict[str, npt.NDArray[Any]]:
         "format": np.array(FORMAT),
         "about": np.array(_ABOUT),
         "scenario": np.array(json.dumps(gait.scenario.to_dict())),
-        "solution": np.array(json.dumps(dict(gait.solution))),
+        "solution": np.array(json.dumps(plain(gait.solution))),
         "dof_names": np.array(DOF_NAMES),
         "breaks": gait.breaks,
         "knots": gait.knots,
@@ -168,43 +151,6 @@ def folder_of(result: str | Path) -> Path:
     return path.parent if path.name == GAIT_FILE and not path.is_dir() else path
 
 
-@contextmanager
-def opened(path: Path, what: str) -> Iterator[Mapping[str, Any]]:
-    """Yield the arrays of an archive by name.
-
-    Raises
-    ------
-    ResultError
-        If they, or what is made of them meanwhile, are not `what` was expected.
-    """
-    try:
-        with path.open("rb") as stream:
-            _check_archive(stream)
-            with np.load(stream, allow_pickle=False) as file:
-                yield file
-    except KeyError as error:
-        raise ResultError(f"{path}: not {what} that can be read: {error.args[0]}") from None
-    except _UNREADABLE as error:
-        raise ResultError(f"{path}: not {what} that can be read: {error}") from None
-
-
-def _check_archive(stream: BinaryIO) -> None:
-    """Refuse, before anything is unpacked, what is no archive of ours: it could fill the memory."""
-    if stream.seek(0, os.SEEK_END) > _LARGEST:
-        raise ValueError(f"it is larger than {_LARGEST} bytes")
-    with zipfile.ZipFile(stream) as archive:
-        members = archive.infolist()
-        if len(members) > _MOST_MEMBERS:
-            raise ValueError(f"it holds {len(members)} files")
-        if sum(member.file_size for member in members) > _LARGEST:
-            raise ValueError(f"unpacked it is larger than {_LARGEST} bytes")
-        if any(member.compress_type not in _PACKINGS for member in members):
-            raise ValueError("it is packed in another way than numpy does")
-        if damaged := archive.testzip():  # numpy may stop short of the checksum
-            raise ValueError(f"{damaged} is damaged")
-    stream.seek(0)
-
-
 def restored(file: Mapping[str, Any]) -> Record:
     """Return the gait that the members of a file make, and what they claim about it.
 
@@ -215,9 +161,8 @@ def restored(file: Mapping[str, Any]) -> Record:
     ScenarioError
         If the scenario cannot be used.
     """
-    if str(file["format"]) != FORMAT:
-        found = str(file["format"])
-        raise ValueError(f"format {found!r}, expected {FORMAT!r}: predict it again")
+    if (found := text(file, "format")) != FORMAT:
+        raise ValueError(f"format {found!r:.60}, expected {FORMAT!r}: predict it again")
     gait = _gait(file)
     if list(file["dof_names"]) != list(DOF_NAMES):
         raise ValueError("dof_names are not those of the body")
@@ -232,20 +177,21 @@ def _altered(file: Mapping[str, Any]) -> tuple[str, ...] | None:
     """
     if _DIGESTS not in file:
         return None
-    told = json.loads(str(file[_DIGESTS]))
-    if not isinstance(told, dict):
+    digests = told(file, _DIGESTS)
+    if not isinstance(digests, dict):
         return (_DIGESTS,)
-    there = set(file) - {_DIGESTS}
+    found = {name: digest(file[name]) for name in file if name != _DIGESTS}
     return tuple(
         "".join(sign if sign.isprintable() else "?" for sign in name[:_SHOWN_NAME])
-        for name in sorted(there | set(told))
-        if name not in there or name not in told or digest(np.asarray(file[name])) != told[name]
+        for name in sorted({*found, *digests})
+        if name not in found or found[name] != digests.get(name)
     )
 
 
 def _gait(file: Mapping[str, Any]) -> Gait:
-    scenario = Scenario.from_dict(json.loads(str(file["scenario"])))
-    solution = dict(json.loads(str(file["solution"])))
+    scenario, solution = Scenario.from_dict(told(file, "scenario")), told(file, "solution")
+    if wrong := next(faults(solution, SOLUTION_SHAPE, "solution"), ""):
+        raise ValueError(wrong)
     breaks, control_points = (numbers(file, name) for name in ("breaks", "control_points"))
     check_splines(scenario, breaks, control_points)
     if len(breaks) + 2 != scenario.discretisation.control_points:
@@ -284,15 +230,3 @@ def _samples(file: Mapping[str, Any], gait: Gait) -> Samples:
         raise ValueError("t is not the grid of the samples")
     K = len(times)
     return Samples(times, **{name: numbers(file, name, (K, *_SHAPES[name])) for name in _SHAPES})
-
-
-def numbers(file: Mapping[str, Any], name: str, shape: tuple[int, ...] | None = None) -> FloatArray:
-    """Return an array of finite numbers of an archive, or raise TypeError or ValueError."""
-    found = np.asarray(file[name])
-    if found.dtype != np.float64:
-        raise TypeError(f"{name} of type {found.dtype} are no numbers of double precision")
-    if not np.all(np.isfinite(found)):
-        raise ValueError(f"{name} holds what is not a finite number")
-    if shape is not None and found.shape != shape:
-        raise ValueError(f"{name} has the shape {found.shape}, expected {shape}")
-    return found
