@@ -18,21 +18,20 @@ from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 
-from human_gait.playback.drawing import COLOURS
+from human_gait.playback.film import film
 from human_gait.playback.page import save_playback
 from human_gait.reporting.page import report_to_file
 from human_gait.walk.gait_file import load_gait
 
 IMAGES = Path(__file__).resolve().parent / "images"
 GALLERY = IMAGES / "gallery"
-PAGE, STAGE, SMALL = (1366, 768), (640, 720), (520, 560)  # windows
+PAGE, STAGE = (1366, 768), (640, 720)  # windows
 REPORT, REPORT_WINDOW = (853, 1020), (1275, 1525)  # all of the walk is in it
 ALONE = (  # the walker without controls
     "document.body.style.gridTemplate = '\"stage\" 100vh / 100vw';"
     "element('panel').hidden = element('transport').hidden = true"
 )
 PHASE = 0.06  # of the stride: the load goes from foot to foot
-FRAMES, FRAME_TIME = 29, 40  # of the walk, [ms]: about its own pace
 OPTIONS = (
     "--headless=new",
     "--no-sandbox",
@@ -84,32 +83,6 @@ def save(picture: Image.Image, name: str) -> None:
     print(f"wrote {GALLERY / name}.png")
 
 
-def palette(picture: Image.Image) -> Image.Image:
-    """Return the colours of a picture and those of the markers, which are small."""
-    marks = [value for colour in COLOURS.values() for value in colour.to_bytes(3)]
-    common = picture.quantize(256 - len(COLOURS), dither=Image.Dither.NONE)
-    chosen = Image.new("P", (1, 1))
-    chosen.putpalette((common.getpalette() or []) + marks)
-    return chosen
-
-
-def save_walk(chrome: webdriver.Chrome) -> None:
-    """Write one stride, at even phases, as a picture that moves for ever."""
-    frames = []
-    for k in range(FRAMES):
-        chrome.execute_script(f"seek({k / FRAMES})")
-        frames.append(stage(chrome))
-    width, height = frames[0].size
-    some = Image.new("RGB", (width, 4 * height))  # to choose the colours from
-    for k in range(4):
-        some.paste(frames[k * FRAMES // 4], (0, k * height))
-    colours = palette(some)
-    few = [frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames]
-    path = GALLERY / "walk.gif"
-    few[0].save(path, append_images=few[1:], duration=FRAME_TIME, loop=0, optimize=True)
-    print(f"wrote {path}")
-
-
 def save_report(chrome: webdriver.Chrome, page: Path) -> None:
     """Write the beginning of a report of one result, with the walk in it."""
     width, height = REPORT_WINDOW
@@ -140,8 +113,7 @@ def main(results: Path) -> None:
             if name == "normal":
                 show(chrome, page, PAGE, "")
                 save(whole(chrome), name)
-                show(chrome, page, SMALL, ALONE)
-                save_walk(chrome)
+                print(f"wrote {film(gait, GALLERY / 'walk.gif')}")
             else:
                 show(chrome, page, STAGE, f"{ALONE}; setView('side')")
                 save(stage(chrome), name)

@@ -18,6 +18,7 @@ from human_gait.exceptions import (
     NoSolutionFound,
     ResultError,
     ScenarioError,
+    SolveInterrupted,
     UnsupportedProgram,
 )
 from human_gait.scenario import (
@@ -67,6 +68,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "Solution",
+    "SolveInterrupted",
     "Subject",
     "Tolerances",
     "UnsupportedProgram",
@@ -76,6 +78,7 @@ __all__ = [
     "compare",
     "drake_plant",
     "explain",
+    "film",
     "load",
     "load_scenario",
     "make_body",
@@ -95,6 +98,7 @@ if TYPE_CHECKING:
     from human_gait.checks.models import drake_plant, pinocchio_model
     from human_gait.checks.table import Checks, verify
     from human_gait.people.comparison import Comparison, compare
+    from human_gait.playback.film import film
     from human_gait.playback.page import play
     from human_gait.problem.drake import bspline_trajectory, offer_hessian
     from human_gait.problem.own import Motion, PathConstraint, Rows, RunningCost
@@ -130,6 +134,7 @@ else:
         "compare": "people.comparison",
         "drake_plant": "checks.models",
         "explain": "reporting.calls",
+        "film": "playback.film",
         "load": "walks",
         "make_body": "body.person",
         "offer_hessian": "problem.drake",

@@ -1,6 +1,6 @@
 """``python -m human_gait`` is the command ``human-gait``."""
 
-from human_gait.cli import main
+from human_gait.command import main
 
 if __name__ == "__main__":
     main()

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-import tempfile
+import re
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from human_gait.exceptions import ResultError
-from human_gait.results.names import GAIT_FILE
-from human_gait.results.unfinished import MARK
+from human_gait.exceptions import GaitError, ResultError, shown
+from human_gait.results.folder import try_folder
+from human_gait.results.names import GAIT_FILE, PREDICTED, result_files
+from human_gait.results.ours import check_free
+from human_gait.stopping import checked_limit
+
+LARGEST_SEED = 2**32 - 1
+_ROOM = 2**21  # bytes: a result takes about 1 MB, its pictures and the animation 3 more
 
 
 class SolverName(StrEnum):
@@ -61,13 +67,63 @@ def format_named(text: str) -> FormatName:
         raise typer.BadParameter(f"{text!r} is not one of {', '.join(FormatName)}{each}") from None
 
 
+def seconds(given: str) -> float:
+    """Return a time limit."""
+    try:
+        limit = float(given)
+    except ValueError:
+        raise typer.BadParameter(f"{given!r} is not a number of seconds") from None
+    try:
+        checked_limit(limit)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+    return limit
+
+
+def whole_number(text: str | int) -> int:
+    """Return the whole number of an option; its range is the business of who takes it."""
+    if not re.fullmatch(r"\s*[+-]?[0-9]{1,18}\s*", str(text)):  # a default is a number already
+        raise typer.BadParameter(f"{shown(text)} must be a whole number")
+    return int(text)
+
+
+def seed_number(text: str) -> int:
+    """Return the seed of an option."""
+    seed = whole_number(str(text))  # the default is a number
+    if not 0 <= seed <= LARGEST_SEED:
+        raise typer.BadParameter(f"{seed} must be from 0 to {LARGEST_SEED}")
+    return seed
+
+
 ScenarioFile = Annotated[
     Path, typer.Argument(metavar="SCENARIO", help="A file, TOML, or a name: normal.")
 ]
 Engine = Annotated[
     DynamicsName, typer.Option(help="Dynamics: Pinocchio, or the paper's recursion (dh).")
 ]
+TimeLimit = Annotated[
+    float,
+    typer.Option(
+        "--time-limit",
+        metavar="S",
+        parser=seconds,
+        help="Seconds to look for a walk; then the best attempt is kept. With all: of each solver.",
+    ),
+]
 ResultFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a result.")]
+
+
+def no_empty(words: Sequence[str]) -> None:
+    """Refuse an argument without a sign: as a path it would mean the current folder.
+
+    It comes from a variable of the shell that is not set.
+    """
+    for k, word in enumerate(words):
+        option, given, value = word.partition("=")
+        if not word or (given and not value and option.startswith("--")):
+            before = words[k - 1] if k and words[k - 1].startswith("--") else ""
+            what = (option or before or "an argument").removesuffix("=")
+            raise GaitError(f"{what} is empty: give a name, or '.' for the current folder")
 
 
 def check_result(folder: Path) -> None:
@@ -79,12 +135,27 @@ def check_result(folder: Path) -> None:
         raise ResultError(message)
 
 
-def check_writable(folder: Path) -> None:
-    """Raise ResultError, before minutes of solving, if no result can be written to `folder`."""
-    parent = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
+def beside(folder: Path, more: str) -> Path:
+    """Return a folder beside another one, called like it and something more."""
+    named = folder if folder.name not in ("", "..") else folder.resolve()
+    return named.with_name(f"{named.name}{more}")
+
+
+def check_writable(folder: Path, *, by_all: bool = False) -> None:
+    """Raise ResultError, before minutes of solving, if no result can be written to `folder`.
+
+    Parameters
+    ----------
+    folder : Path
+    by_all : bool
+        Whether it will hold a result of each solver.
+    """
+    solvers = [name.value for name in SolverName]
+    written = [f"{name}/{GAIT_FILE}" for name in solvers] if by_all else PREDICTED
+    removed = result_files(solvers)
     try:
-        with tempfile.TemporaryDirectory(dir=parent, prefix=MARK):
-            pass
+        try_folder(folder, removed, _ROOM)
+        check_free(folder, written, removed)
     except OSError as error:
-        message = f"{folder}: a result cannot be written here: {parent}: {error.strerror}"
-        raise ResultError(message) from None
+        why = error.strerror or error
+        raise ResultError(f"{folder}: a result cannot be written here: {why}") from None

@@ -1,14 +1,14 @@
 """The command ``human-gait``: predict, verify, explain, play, plot, compare, report, export ...
 
-Exit codes: 0 done, 1 no solution found, no walk or the solve interrupted (its best gait is kept), 2
-bad input or a result that cannot be written, 130 interrupted elsewhere. An error is one line; of a
+Exit codes: 0 done, 1 no walk (the best attempt is kept, of an interrupted solve too), 2 bad input,
+a result that cannot be written or a fault of the environment, 3 what was not foreseen, 130 or 143
+(128 and the number of the signal) interrupted with nothing changed. An error is one line; of a
 scenario, each has one.
 Solvers, plots and viewers are imported by the command that needs them: ``--help`` stays quick.
 """
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -17,6 +17,7 @@ from typing import Annotated, Any
 
 import typer
 
+from human_gait import command
 from human_gait.arguments import (
     DynamicsName,
     Engine,
@@ -25,16 +26,26 @@ from human_gait.arguments import (
     ScenarioFile,
     SolverChoice,
     SolverName,
+    TimeLimit,
+    beside,
     check_result,
     check_writable,
     format_named,
+    no_empty,
+    seed_number,
+    whole_number,
 )
 from human_gait.exceptions import GaitError, ScenarioError
-from human_gait.exits import BAD_INPUT, NO_SOLUTION, complain, exit_code
+from human_gait.exits import NO_SOLUTION, exit_code
+from human_gait.faults import BAD_INPUT
 from human_gait.results.folder import whole_file
-from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK
-from human_gait.results.streams import Outlet, outlet
-from human_gait.scenario import Subject, load_scenario, scenario_file
+from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK, ROBOT
+from human_gait.results.ours import check_free
+from human_gait.scenario import load_scenario, scenario_file
+from human_gait.stopping import JOB_SIGNALS, TIME_LIMIT, running
+from human_gait.terminal import careful, screen
+
+__all__ = ["BAD_INPUT", "NO_SOLUTION", "app", "main", "run"]
 
 app = typer.Typer(
     help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
@@ -100,11 +111,16 @@ def predict(
     dynamics: Engine = DynamicsName.PINOCCHIO,
     seed: Annotated[
         int,
-        typer.Option(min=0, metavar="N", help="Of random starts, where others fail; not for all."),
+        typer.Option(
+            parser=seed_number,
+            metavar="N",
+            help="Which random starts to try where the usual ones fail; no matter with all.",
+        ),
     ] = 0,
     warm_from: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Start from the walk of another result.")
     ] = None,
+    time_limit: TimeLimit = TIME_LIMIT,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else out/<scenario>.")
     ] = None,
@@ -120,17 +136,18 @@ def predict(
             )
         check_result(warm_from)
     folder = out or Path("out") / task.name
-    check_writable(folder)
+    check_writable(folder, by_all=solver is SolverChoice.ALL)
     try:
         if solver is SolverChoice.ALL:
             from human_gait.prediction import predict_by_all_solvers
 
-            found = predict_by_all_solvers(task, folder, dynamics.value)
+            found = predict_by_all_solvers(task, folder, dynamics.value, time_limit)
         else:
             from human_gait.prediction import predict_to_folder
 
-            engine = dynamics.value
-            found = predict_to_folder(task, solver.value, folder, engine, seed, warm_from)
+            found = predict_to_folder(
+                task, solver.value, folder, dynamics.value, seed, warm_from, time_limit
+            )
     except ScenarioError as error:
         raise error.found_in(str(file)) from None
     if not found:
@@ -141,24 +158,30 @@ def predict(
 def refine(
     folder: ResultFolder,
     control_points: Annotated[
-        int | None, typer.Option(metavar="N", help="Control points per DOF, else two more.")
+        int | None,
+        typer.Option(
+            parser=whole_number,
+            metavar="N",
+            help="Control points per DOF, else two more.",
+        ),
     ] = None,
     solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.NEWTON,
     dynamics: Engine = DynamicsName.PINOCCHIO,
+    time_limit: TimeLimit = TIME_LIMIT,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else DIR-refined.")
     ] = None,
 ) -> None:
     """Insert knots into a result, which leaves the motion as it is, and solve again from there."""
     check_result(folder)
-    target = out or folder.with_name(f"{folder.name}-refined")
+    target = out or beside(folder, "-refined")
     check_writable(target)
     from human_gait.prediction import refine_to_folder
     from human_gait.walk.gait_file import load_gait
 
     gait = load_gait(folder)
     n = gait.basis.n_control_points + 2 if control_points is None else control_points
-    if not refine_to_folder(gait, n, solver.value, target, dynamics.value):
+    if not refine_to_folder(gait, n, solver.value, target, dynamics.value, time_limit):
         raise typer.Exit(NO_SOLUTION)
 
 
@@ -179,14 +202,12 @@ def verify(folder: ResultFolder) -> None:
 def explain(folder: ResultFolder) -> None:
     """Tell what shapes the walk of a result, or why there is none and what to try."""
     check_result(folder)
-    from rich.console import Console
-
     from human_gait.results.explanation import explained
     from human_gait.walk.belonging import own_gait
 
     own_gait(folder)
     shown = explained(folder)
-    Console(highlight=False, markup=False).print(shown, soft_wrap=isinstance(shown, str))
+    screen().print(shown, soft_wrap=isinstance(shown, str))
 
 
 def _loaded(folder: Path) -> Any:
@@ -239,28 +260,60 @@ def play(
 
 
 @app.command()
+def film(
+    folder: ResultFolder,
+    second: Annotated[
+        Path | None, typer.Argument(metavar="[DIR2]", help="A result to show beside it.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="A .gif, .mp4 or .png (phases), else walk.gif in DIR."),
+    ] = None,
+    view: Annotated[
+        str, typer.Option(metavar="VIEW", help="From the side, the front or a quarter.")
+    ] = "quarter",
+    size: Annotated[
+        str, typer.Option(metavar="WxH", help="Width and height, as 480x600.", show_default=False)
+    ] = "",
+) -> None:
+    """Write a result as a film or a picture, without a browser or a screen."""
+    for given in filter(None, (folder, second)):
+        check_result(given)
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from human_gait.playback.film import film as write_film
+    from human_gait.playback.film import size_named
+
+    pixels = size_named(size) if size else None
+    terminal = Console(stderr=True)
+    with Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as shown:
+        task = shown.add_task("drawing", total=None)
+
+        def tell(done: int, of: int) -> None:
+            shown.update(task, completed=done, total=of)
+
+        target = write_film(folder, out, view, pixels, second, tell)
+    typer.echo(f"wrote {target}")
+
+
+@app.command()
 def plot(folder: ResultFolder) -> None:
     """Draw the plots of a result again, and its animation, playback.html."""
     check_result(folder)
-    from human_gait.pictures.plots import PLOTS, save_plots
-    from human_gait.playback.page import save_playback
+    from human_gait.prediction import draw
 
-    gait = _loaded(folder)
-    save_plots(gait, folder)
-    with whole_file(folder / PLAYBACK) as path:
-        save_playback(gait, path)
-    typer.echo(f"wrote {len(PLOTS)} plots and {PLAYBACK} to {folder}")
+    n_plots = draw(_loaded(folder), folder)
+    typer.echo(f"wrote {n_plots} plots and {PLAYBACK} to {folder}")
 
 
 @app.command()
 def compare(folder: ResultFolder) -> None:
     """Score a result against measured people; write table and plot beside it."""
     check_result(folder)
-    from rich.console import Console
-
     from human_gait.people.comparison import compare_to_folder
 
-    Console().print(compare_to_folder(folder))
+    screen().print(compare_to_folder(folder))
     typer.echo(f"wrote {', '.join(COMPARISON)} to {folder}")
 
 
@@ -317,7 +370,9 @@ def export(
     rate: Annotated[
         int | None,
         typer.Option(
-            metavar="HZ", help="Samples per second, else 100, and 1000 in OpenSim's tables."
+            parser=whole_number,
+            metavar="HZ",
+            help="Samples per second, else 100, and 1000 in OpenSim's tables.",
         ),
     ] = None,
     out: Annotated[
@@ -339,22 +394,23 @@ def export(
 
 @app.command()
 def urdf(
-    out: Annotated[Path, typer.Option(metavar="FILE", help="File to write.")] = Path(
-        "urdf/human.urdf"
-    ),
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="File to write, else urdf/human.urdf.")
+    ] = None,
     scenario: Annotated[
         Path | None, typer.Option(metavar="SCENARIO", help="Whose body; else the median male.")
     ] = None,
 ) -> None:
-    """Write the body as a URDF file."""
-    from human_gait.body.person import make_body
-    from human_gait.scenario import Load
+    """Write the body, with the limits of the scenario, as a URDF file for other programs."""
+    from human_gait.export.robot import scenario_robot
 
-    task = load_scenario(scenario) if scenario else None
-    body = make_body(task.subject, task.load) if task else make_body(Subject.default(), Load())
-    with whole_file(out) as path:
-        path.write_text(body.urdf, encoding="utf-8")
-    typer.echo(f"wrote {out}")
+    target = out or Path("urdf") / ROBOT
+    if out is None:
+        check_free(target.parent, [target.name])
+    text = scenario_robot(load_scenario(scenario) if scenario else None)
+    with whole_file(target) as path:
+        path.write_text(text, encoding="utf-8")
+    typer.echo(f"wrote {target}")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -368,29 +424,26 @@ def run(arguments: Sequence[str]) -> int:
     Returns
     -------
     int
-        Exit code: 0 done, 1 no solution, 2 bad input or no way to write, 130 interrupted.
+        Exit code, as above.
     """
-    command = typer.main.get_command(app)
+    whole = typer.main.get_command(app)
     words = list(arguments) or ["--help"]
-    return exit_code(lambda: command.main(words, "human-gait", standalone_mode=False))
+
+    def invoked() -> None:
+        no_empty(words)
+        with whole.make_context("human-gait", words) as context:
+            whole.invoke(context)
+
+    with careful(), running(signals=JOB_SIGNALS):
+        return exit_code(invoked)
 
 
 def main() -> None:
-    """Run the command line of this process.
-
-    Linear algebra gets one thread unless told otherwise: the matrices are small, and sums in
-    another order would lead the solvers along another path.
-    """
-    sys.stdout, sys.stderr = outlet(sys.stdout), outlet(sys.stderr)
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
-    code = run(sys.argv[1:])
-    if sys.stdout:
-        sys.stdout.flush()
-    if Outlet.failure and code == 0:
-        code = complain(f"the output cannot be written: {Outlet.failure}", BAD_INPUT)
+    """Run the command line of this process; handlers of signals are then put back."""
+    with running(signals=JOB_SIGNALS):
+        code = command.ended()
     sys.exit(code)
 
 
 if __name__ == "__main__":
-    main()
+    command.main()

@@ -7,36 +7,51 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
-from rich.console import Console, RenderableType
+from rich.console import RenderableType
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from human_gait.body.limits import mirrored_limits
 from human_gait.checks.check import Check
 from human_gait.problem.program import GaitProgram
 from human_gait.results.explanation import diagnosis_text
 from human_gait.scenario import Scenario
+from human_gait.settings.departures import departures
 from human_gait.solving.starts import GIVEN, OWN_GUESS, WARM, Attempt
 from human_gait.solving.summary import diagnosis_content
 from human_gait.solving.watch import Iterate
+from human_gait.stopping import under_way
+from human_gait.terminal import one_line, screen
+from human_gait.walk.gait_file import Record
 
 Tell = Callable[[str], Callable[[Iterate], None]]
 """Takes the name of a start and returns what shows the iterates of its solve."""
 
+_NO_DIGESTS = (
+    "The file has no digests: an older version wrote it. What cannot be computed anew, such as the "
+    "solver's words, is taken as it is."
+)
 _LINE_EVERY = 25  # iterates, where there is no terminal
 
 
 def show(what: RenderableType) -> None:
     """Print a line or a table."""
-    Console(highlight=False).print(what)
+    screen().print(what)
 
 
 def show_task(program: GaitProgram, solver: str) -> None:
-    """Print what is to be solved, in one line."""
+    """Print what is to be solved, in one line, and what limits hold for both sides."""
     show(
         f"{program.scenario.name}: {len(program.variables)} variables, "
         f"{program.n_constraint_rows} constraints, {solver}, dynamics by {program.dynamics}"
     )
+    _show_mirrored(program.scenario)
+
+
+def _show_mirrored(scenario: Scenario) -> None:
+    for note in mirrored_limits(scenario):
+        screen().print(f"note: {note}", soft_wrap=True)
 
 
 @contextmanager
@@ -45,7 +60,7 @@ def progress() -> Iterator[Tell]:
 
     On a terminal there is one live line, else a line now and then.
     """
-    console = Console(highlight=False)
+    console = screen()
 
     def some(now: Iterate) -> None:
         if now.number % _LINE_EVERY == 1:
@@ -83,28 +98,41 @@ def show_outcome(kept: Attempt, attempts: list[Attempt], folder: Path) -> None:
     folder : Path
         Where the result is.
     """
-    show(_check_table(kept.checks))
+    _show_table(kept.checks)
     show(_verdict(kept, attempts, folder))
     if not kept.success:
         diagnosis = diagnosis_text(diagnosis_content(kept))
-        Console(highlight=False).print(diagnosis, soft_wrap=True, markup=False)
+        screen().print(diagnosis, soft_wrap=True)
 
 
-def show_checks(scenario: Scenario, checks: list[Check]) -> None:
+def show_checks(record: Record, checks: list[Check]) -> None:
     """Print the claims that a walk is held against, and the table of its checks."""
-    Console(highlight=False).print(_asked_for(scenario), markup=False)
+    told = screen()
+    told.print(_asked_for(record.gait.scenario))
+    _show_mirrored(record.gait.scenario)
+    for line in _moved_limits(record.gait.scenario):
+        told.print(line, soft_wrap=True)
+    if record.altered is None:
+        told.print(_NO_DIGESTS, soft_wrap=True)
+    _show_table(checks)
+
+
+def _show_table(checks: list[Check]) -> None:
+    """Print the table of checks, and below it what there is to say of some of them."""
     show(_check_table(checks))
+    for check in checks:
+        if check.what:
+            screen().print(check.told, soft_wrap=True)
 
 
 def tell(what: object) -> None:
     """Print a line that is no markup, however long."""
-    Console(highlight=False).print(str(what), soft_wrap=True, markup=False)
+    screen().print(str(what), soft_wrap=True)
 
 
 def warn(what: object) -> None:
     """Print a warning on standard error, in one line."""
-    told = Console(stderr=True, highlight=False)
-    told.print(f"warning: {what}", soft_wrap=True, markup=False)
+    screen(stderr=True).print(f"warning: {one_line(what)}", soft_wrap=True)
 
 
 def _asked_for(scenario: Scenario) -> str:
@@ -118,15 +146,22 @@ def _asked_for(scenario: Scenario) -> str:
     )
 
 
+def _moved_limits(scenario: Scenario) -> list[str]:
+    """Return a heading and the settings that move limits of the checks, a line each, if any."""
+    moved = departures(scenario)
+    return ["limits are moved by:", *(f"  {one}" for one in moved)] if moved else []
+
+
 def _check_table(checks: list[Check]) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), title="The walk, on a grid ten times finer")
     table.title_justify = "left"
-    for column in ("check", "found", "limit", "unit", r"t \[s]", ""):
+    for column in ("check", "found", "limit", "unit", "t [s]", ""):
         side: Literal["left", "right"] = "right" if column in ("found", "limit") else "left"
         table.add_column(column, justify=side, no_wrap=True)
     for check in checks:
-        found, limit, at = f"{check.value:.2g}", f"{check.limit:g}", f"{check.time:.3f}"
-        table.add_row(check.name, found, limit, check.unit, at, "ok" if check.passed else "FAIL")
+        found, at = f"{check.value:.2g}", f"{check.time:.3f}"
+        row = (check.name, found, check.shown_limit, check.unit, at, check.verdict)
+        table.add_row(*row)
     return table
 
 
@@ -136,7 +171,9 @@ def _verdict(kept: Attempt, attempts: list[Attempt], folder: Path) -> str:
         outcome = "found a walk that is not the cheapest: it stopped before the optimum,"
     seconds = sum(attempt.solution.wall_time for attempt in attempts)
     starts = f", {len(attempts)} starts, kept: {kept.start}" if len(attempts) > 1 else ""
+    over = under_way().over
+    ended = f", then {over}" if over and over != solution.status else ""
     return (
-        f"{solution.solver} {outcome} in {seconds:.1f} s ({solution.status}{starts}); "
+        f"{solution.solver} {outcome} in {seconds:.1f} s ({solution.status}{starts}{ended}); "
         f"result in {folder}"
     )

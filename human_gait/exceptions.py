@@ -104,10 +104,16 @@ class NoSolutionFound(GaitError):
         self.report = report
 
 
+class SolveInterrupted(NoSolutionFound, KeyboardInterrupt):
+    """The user stopped a prediction, which carries the best gait so far."""
+
+
 def shown(value: object) -> str:
     """Return a value as it would stand in a scenario file, cut to a readable length."""
     try:
         text = repr(value) if isinstance(value, float) else json.dumps(value, default=str)
     except ValueError:  # an integer of more digits than Python agrees to print
         text = "a number of thousands of digits"
+    except RecursionError:
+        text = "lists within lists without end"
     return text if len(text) <= SHOWN_CHARACTERS else text[: SHOWN_CHARACTERS - 3] + "..."

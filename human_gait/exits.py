@@ -1,4 +1,8 @@
-"""How a command ends: its exit code, and one line on standard error if it is not 0."""
+"""How a command ends: its exit code, and one line on standard error if it is not 0.
+
+0 done, 1 no walk and nothing else, 2 bad input, a result that cannot be written or a fault of the
+environment, 3 what was not foreseen, 128 and the number of the signal that interrupted it.
+"""
 
 from __future__ import annotations
 
@@ -7,21 +11,11 @@ from collections.abc import Callable, Sequence
 import typer
 
 from human_gait.exceptions import GaitError, NoSolutionFound, ScenarioError
+from human_gait.faults import BAD_INPUT, failed, interrupted
+from human_gait.terminal import complain
 
 NO_SOLUTION = 1
-BAD_INPUT = 2
-INTERRUPTED = 130
-LONGEST_MESSAGE = 500
 MOST_ERRORS = 20
-
-
-def complain(message: object, code: int) -> int:
-    """Print one line on standard error and return the exit code."""
-    printable = "".join(sign if sign.isprintable() else " " for sign in str(message))
-    if len(printable) > LONGEST_MESSAGE:
-        printable = printable[: LONGEST_MESSAGE - 3] + "..."
-    typer.echo(f"error: {printable}", err=True)
-    return code
 
 
 def complain_of_each(errors: Sequence[ScenarioError]) -> int:
@@ -34,17 +28,25 @@ def complain_of_each(errors: Sequence[ScenarioError]) -> int:
 
 
 def exit_code(command: Callable[[], int | None]) -> int:
-    """Run a command and return its exit code; an error that a user can cause is one line."""
+    """Run a command and return its exit code; whatever it raises is one line."""
     try:
-        code = command() or 0
-    except NoSolutionFound as error:
-        return complain(error, NO_SOLUTION)
-    except typer.BadParameter as error:
-        return complain(error.format_message().replace("Value error, ", ""), BAD_INPUT)
-    except ScenarioError as error:
+        return command() or 0
+    except typer.Exit as end:
+        return end.exit_code
+    except KeyboardInterrupt:
+        return interrupted()
+    except (typer.TyperException, GaitError, OSError, MemoryError) as error:
+        return _told(error)
+    except BaseException as error:  # noqa: BLE001, nothing ends with a traceback
+        return failed(error)
+
+
+def _told(error: Exception) -> int:
+    """Print the line, or lines, of what was given wrong; return the exit code."""
+    if isinstance(error, ScenarioError):
         return complain_of_each(error.errors)
-    except (GaitError, typer.TyperException, OSError) as error:
-        return complain(error, BAD_INPUT)
-    except MemoryError:
+    if isinstance(error, typer.BadParameter):
+        return complain(error.format_message().replace("Value error, ", ""), BAD_INPUT)
+    if isinstance(error, MemoryError):
         return complain("the memory is not enough for this", BAD_INPUT)
-    return complain("interrupted", INTERRUPTED) if code == INTERRUPTED else code
+    return complain(error, NO_SOLUTION if isinstance(error, NoSolutionFound) else BAD_INPUT)

@@ -1,26 +1,40 @@
-"""From a scenario to a result folder: build, solve, verify, write."""
+"""From a scenario to a result folder: build, solve, verify, write.
+
+What was solved is written first and at once, `gait.npz` with its summary. Pictures follow: what
+goes wrong there is a warning, and a signal ends them alone. From the beginning of a solve on, a
+signal is no reason to end without a result (`stopping`).
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from human_gait import console
 from human_gait.checks.folder import folder_checks
 from human_gait.checks.verification import verify
 from human_gait.exceptions import ResultError
+from human_gait.faults import told_of
+from human_gait.late import late
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.problem.refinement import refined_program
 from human_gait.reporting.agreement import agreement_to_folder
-from human_gait.results.folder import replaced_folder, whole_file
+from human_gait.results.folder import whole_file
 from human_gait.results.names import (
+    AGREEMENT,
     EXPLANATION,
     GAIT_CYCLE,
     PLAYBACK,
+    PLOTS,
     SUMMARY,
     VERIFICATION,
     result_files,
 )
+from human_gait.results.ours import check_free, our_folder
+from human_gait.results.reading import AGAIN
 from human_gait.results.sealed import write_json
+from human_gait.results.unfinished import refuges
 from human_gait.scenario import Scenario
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import posture
@@ -32,6 +46,7 @@ from human_gait.solving.summary import (
     summary_content,
 )
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
+from human_gait.stopping import TIME_LIMIT, running, under_way
 from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import save_gait_cycle
@@ -48,27 +63,40 @@ def predict_to_folder(
     dynamics: str = "pinocchio",
     seed: int = 0,
     warm_from: Path | None = None,
+    time_limit: float | None = TIME_LIMIT,
 ) -> bool:
     """Predict, verify and write a result; return whether it is a walk.
 
-    A solve that fails or is interrupted leaves its best gait and says what is wrong with it. With
-    `warm_from`, the folder of another result, it starts from that walk and its multipliers, and if
-    that leads nowhere, as ever.
+    A solve that fails, is interrupted or has no time left (limit in s) leaves its best gait and
+    says what is wrong with it. With `warm_from`, the folder of another result, it starts from that
+    walk and its multipliers, and if that leads nowhere, as ever.
 
     Raises
     ------
     ResultError
-        If there is no gait to start from, or its multipliers cannot be read.
+        If there is no gait to start from, or its multipliers cannot be read; if the result cannot
+        be written to the folder.
+    KeyboardInterrupt
+        If it is interrupted before there is anything to keep.
     """
-    program = build_program(scenario, dynamics=dynamics)
-    start = _warm_start(warm_from, program) if warm_from else None
-    return _solve_to_folder(program, solver, folder, start, seed).success
+    _drawing()
+    with running(time_limit):
+        program = build_program(scenario, dynamics=dynamics)
+        start = _warm_start(warm_from, program) if warm_from else None
+        return _solve_to_folder(program, solver, folder, start, seed).success
 
 
 def refine_to_folder(
-    gait: Gait, n_control_points: int, solver: str, folder: Path, dynamics: str = "pinocchio"
+    gait: Gait,
+    n_control_points: int,
+    solver: str,
+    folder: Path,
+    dynamics: str = "pinocchio",
+    time_limit: float | None = TIME_LIMIT,
 ) -> bool:
     """Give a gait more control points, solve again from there, and write the new result.
+
+    It ends as `predict_to_folder` does.
 
     Raises
     ------
@@ -76,8 +104,10 @@ def refine_to_folder(
         If the gait has as many control points, or more.
     """
     _warn_of(gait)
-    program, start = refined_program(gait, n_control_points, dynamics)
-    return _solve_to_folder(program, solver, folder, Start(GIVEN, start)).success
+    _drawing()
+    with running(time_limit):
+        program, start = refined_program(gait, n_control_points, dynamics)
+        return _solve_to_folder(program, solver, folder, Start(GIVEN, start)).success
 
 
 def _warm_start(folder: Path, program: GaitProgram) -> Start:
@@ -94,26 +124,36 @@ def _warn_of(start: Gait) -> None:
         console.warn(f"{start.scenario.name}: {why} It is started from all the same.")
 
 
-def predict_by_all_solvers(scenario: Scenario, folder: Path, dynamics: str = "pinocchio") -> bool:
+def predict_by_all_solvers(
+    scenario: Scenario,
+    folder: Path,
+    dynamics: str = "pinocchio",
+    time_limit: float | None = TIME_LIMIT,
+) -> bool:
     """Solve one problem with every solver, each into a folder of its own, and compare.
 
-    All start from the same posture path. Return whether every one found a walk. An interruption
-    ends it: the solvers that are left are not run and nothing is compared. The folder gets its
-    results at the end, all at once.
+    All start from the same posture path. Return whether every one found a walk. Each solver may
+    take all of the time limit [s], and so may the posture path. An interruption ends it: the
+    solvers that are left are not run and nothing is compared. The folder gets its results at the
+    end, all at once.
     """
-    program = build_program(scenario, dynamics=dynamics)
-    with console.progress() as tell:
-        start = posture(program, tell(OWN_GUESS))
-    found = []
-    with replaced_folder(folder, OURS) as new:
-        for name in SOLVERS:
-            given = Start(GIVEN, start)
-            kept = _solve_to_folder(program, name, new / name, given, told=folder / name)
-            if kept.solution.interrupted:
-                return False
-            found.append(kept.success)
-        console.show(agreement_to_folder(new, SOLVERS))
-    return all(found)
+    _drawing()
+    solved: dict[str, list[Attempt]] = {}
+    with running() as run:
+        program = build_program(scenario, dynamics=dynamics)
+        with console.progress() as tell, running(time_limit):
+            start = posture(program, tell(OWN_GUESS))
+        with _kept_elsewhere(folder, solved), our_folder(folder, OURS) as new:
+            for name in SOLVERS:
+                given = Start(GIVEN, start)
+                with running(time_limit):
+                    kept = _solve_to_folder(program, name, new / name, given, told=folder / name)
+                solved[name] = [kept]
+                if run.asked.signal and name != SOLVERS[-1]:
+                    return False
+            with _not_needed(new / AGREEMENT, AGAIN):
+                console.show(agreement_to_folder(new, SOLVERS))
+    return all(kept.success for (kept,) in solved.values())
 
 
 def _solve_to_folder(
@@ -129,11 +169,51 @@ def _solve_to_folder(
     `told` is what the user is told instead of the folder, if that is not its last name.
     """
     console.show_task(program, solver)
+    asked = under_way().asked
+    asked.hold()
     with console.progress() as tell:
         attempts = climb(program, solver, start, seed, tell)
-    kept = _write(folder, best(attempts), attempts, seed)
+    before = asked.times
+    with _kept_elsewhere(told or folder, {"": attempts}, seed):
+        kept, gait = _write(folder, best(attempts), attempts, seed)
     console.show_outcome(kept, attempts, told or folder)
+    _draw(gait, folder, told or folder, hurry=asked.times > before)
     return kept
+
+
+@contextmanager
+def _kept_elsewhere(
+    folder: Path, solved: Mapping[str, list[Attempt]], seed: int = 0
+) -> Iterator[None]:
+    """Write what was solved to another place if it cannot be written where it should be.
+
+    Parameters
+    ----------
+    folder : Path
+    solved : mapping of str to list of Attempt
+        By the name of the folder within, empty for the folder itself.
+    seed : int
+    """
+    try:
+        yield
+    except ResultError as error:
+        other = _elsewhere(folder.name, solved, seed) if solved else None
+        if other is None:
+            raise
+        why = getattr(error.__cause__, "strerror", None) or error
+        message = f"{folder}: the result cannot be written here: {why}; it is in {other}"
+        raise ResultError(message) from error
+
+
+def _elsewhere(name: str, solved: Mapping[str, list[Attempt]], seed: int) -> Path | None:
+    """Write what was solved wherever there is room, and return where."""
+    for other in refuges(name):
+        with suppress(ResultError):
+            for inner, attempts in solved.items():
+                kept, _ = _write(other / inner, best(attempts), attempts, seed)
+                console.show_outcome(kept, attempts, other / inner)
+            return other
+    return None
 
 
 def verify_folder(folder: Path) -> bool:
@@ -151,10 +231,11 @@ def verify_folder(folder: Path) -> bool:
     record = load_record(folder)
     files, wrong = folder_checks(record.gait, folder)
     checks = [*verify(record), *files]
-    console.show_checks(record.gait.scenario, checks)
+    console.show_checks(record, checks)
     for one in wrong:
         console.tell(one)
     try:
+        check_free(folder, [VERIFICATION])
         with whole_file(folder / VERIFICATION) as path:
             write_json(path, checks_content(checks), gait_digest(record.gait))
     except ResultError as error:
@@ -162,21 +243,75 @@ def verify_folder(folder: Path) -> bool:
     return all(check.passed for check in checks)
 
 
-def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> Attempt:
-    """Write a result; return the attempt with the checks of the file that was written."""
-    from human_gait.pictures.plots import save_plots  # noqa: PLC0415, the same
-    from human_gait.playback.page import save_playback  # noqa: PLC0415, half a second to import
-
-    with replaced_folder(folder, OURS) as new:
+def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> tuple[Attempt, Gait]:
+    """Write what was solved; return the attempt with the checks of the file, and its gait."""
+    with our_folder(folder, OURS) as new:
         kept, gait = save_verified(kept, seed, new)
         save_multipliers(gait, new)
-        contents = {
-            SUMMARY: summary_content(kept, attempts, seed),
-            EXPLANATION: explanation_content(kept.program, kept.solution),
-        }
-        for name, content in contents.items():
-            write_json(new / name, content, gait_digest(gait))
-        save_gait_cycle(gait, new / GAIT_CYCLE)
+        run, digest = under_way(), gait_digest(gait)
+        ended = {"time_limit_s": run.limit, "ended_by": run.over or None}
+        write_json(new / SUMMARY, summary_content(kept, attempts, seed) | ended, digest)
+        with _not_needed(new / EXPLANATION, AGAIN):
+            write_json(new / EXPLANATION, explanation_content(kept.program, kept.solution), digest)
+        with _not_needed(new / GAIT_CYCLE, AGAIN):
+            save_gait_cycle(gait, new / GAIT_CYCLE)
+    return kept, gait
+
+
+def draw(gait: Gait, folder: Path) -> int:
+    """Write what is drawn of a gait into its folder, all or none. Count plots."""
+    save_plots, save_playback = _drawing()
+    check_free(folder, (*PLOTS, PLAYBACK))
+    with our_folder(folder, solved=False) as new:
         save_plots(gait, new)
         save_playback(gait, new / PLAYBACK)
-    return kept
+    return len(late("pictures.plots", "PLOTS"))
+
+
+def _drawn(gait: Gait, folder: Path) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Yield what there is to draw: its name and what draws it."""
+    save_plots, save_playback = _drawing()
+
+    def page() -> None:
+        with whole_file(folder / PLAYBACK) as path:
+            save_playback(gait, path)
+
+    yield "the plots", lambda: save_plots(gait, folder)
+    yield PLAYBACK, page
+
+
+def _drawing() -> tuple[Callable[..., object], Callable[..., object]]:
+    """Import what draws plots and page, half a second; before a solve it is tried."""
+    return late("pictures.plots", "save_plots"), late("playback.page", "save_playback")
+
+
+def _draw(gait: Gait, folder: Path, told: Path, hurry: bool) -> None:
+    """Draw what can be drawn; what cannot is a warning, and a signal ends it.
+
+    `hurry` if there was one since the solve: nothing is drawn then.
+    """
+    later = f"human-gait plot {told} makes it"
+    try:
+        with under_way().asked.heeded():
+            for what, make in () if hurry else _drawn(gait, folder):
+                with _not_needed(what, later):
+                    make()
+    except KeyboardInterrupt:
+        hurry = True
+    if hurry:
+        console.warn(f"plots and {PLAYBACK} are left out, interrupted: {later}")
+
+
+@contextmanager
+def _not_needed(what: str | Path, later: str) -> Iterator[None]:
+    """Make a warning of whatever goes wrong: the walk is more than what is made of it.
+
+    `what` is a file that would then be half written, or what else is not there.
+    """
+    try:
+        yield
+    except Exception as error:  # noqa: BLE001, of whatever kind
+        if isinstance(what, Path):
+            what.unlink(missing_ok=True)
+            what = what.name
+        console.warn(f"no {what}: {told_of(error)}: {later}")

@@ -13,11 +13,11 @@ from pathlib import Path
 
 from human_gait import console
 from human_gait.checks.table import Checks
-from human_gait.exceptions import NoSolutionFound
+from human_gait.exceptions import NoSolutionFound, SolveInterrupted
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.program import GaitProgram, build_program
-from human_gait.results.folder import replaced_folder
 from human_gait.results.names import EXPLANATION, GAIT_CYCLE, SUMMARY, result_files
+from human_gait.results.ours import our_folder
 from human_gait.results.reading import read_json
 from human_gait.results.sealed import write_json
 from human_gait.results.shapes import FOUND
@@ -34,6 +34,7 @@ from human_gait.solving.summary import (
 )
 from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
 from human_gait.solving.watch import Iterate
+from human_gait.stopping import TIME_LIMIT, checked_limit, running, under_way
 from human_gait.walk.described import gait_digest, was_changed
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import save_gait_cycle
@@ -52,6 +53,7 @@ def predict(  # noqa: PLR0913, options that are given by name
     progress: Progress = False,
     costs: Sequence[RunningCost] = (),
     constraints: Sequence[PathConstraint] = (),
+    time_limit: float | None = TIME_LIMIT,
 ) -> Gait:
     """Return the predicted gait of a scenario.
 
@@ -74,6 +76,8 @@ def predict(  # noqa: PLR0913, options that are given by name
         Of one's own, added to the objective.
     constraints : sequence of PathConstraint
         Of one's own.
+    time_limit : float or None, [s]
+        When it gives up at the latest; None for when all ways have been tried.
 
     Returns
     -------
@@ -88,11 +92,17 @@ def predict(  # noqa: PLR0913, options that are given by name
     ResultError
         If there is no walk to start from.
     NoSolutionFound
-        If the solver did not converge or a check fails; it carries the best gait so far and, as
-        its report, the constraints that are not kept, the checks that failed and what to try.
-        ValueError
-        If there is no such solver or dynamics, or a cost or constraint of one's own returns what it
-        should not, or has bounds that nothing is between.
+        If the solver did not converge, had no time left, or a check fails; it carries the best gait
+        so far and, as its report, the constraints that are not kept, the checks that failed and
+        what to try.
+    SolveInterrupted
+        If it is interrupted (Ctrl-C, in a notebook "interrupt the kernel"): it carries the same,
+        and is a KeyboardInterrupt as well.
+    KeyboardInterrupt
+        If it is interrupted before there is anything to carry.
+    ValueError
+        If there is no such solver, dynamics or time limit, or a cost or constraint of one's own
+        returns what it should not, or has bounds that nothing is between.
     TypeError
         If `warm_from` is no gait or path, or own costs and constraints are no such things.
     """
@@ -100,14 +110,16 @@ def predict(  # noqa: PLR0913, options that are given by name
         raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
     task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     before = _walk_before(warm_from)
-    program = build_program(task, None, dynamics, costs, constraints)
-    start = None if before is None else _warm_start(before, program)
-    with _telling(progress) as tell:
-        kept = best(climb(program, solver, start, seed, tell))
-    gait = found_gait(kept, seed)
-    if not kept.success:
-        raise _no_solution(kept, gait)
-    return gait
+    with running(checked_limit(time_limit)) as run:
+        program = build_program(task, None, dynamics, costs, constraints)
+        start = None if before is None else _warm_start(before, program)
+        run.asked.hold()
+        with _telling(progress) as tell:
+            kept = best(climb(program, solver, start, seed, tell))
+        gait = found_gait(kept, seed)
+        if not kept.success:
+            raise _no_solution(kept, gait)
+        return gait
 
 
 def load(path: str | Path) -> Gait:
@@ -139,7 +151,7 @@ def load(path: str | Path) -> Gait:
 def save(gait: Gait, folder: str | Path) -> Path:
     """Write a gait as a result without pictures, as `Gait.save` says, and return the folder."""
     seed = int(gait.solution.get("seed", 0))
-    with replaced_folder(Path(folder), result_files(SOLVERS), solved=False) as new:
+    with our_folder(Path(folder), result_files(SOLVERS), solved=False) as new:
         kept, saved = save_verified(_attempt(gait), seed, new)
         save_multipliers(saved, new)
         save_gait_cycle(saved, new / GAIT_CYCLE)
@@ -181,8 +193,11 @@ def _no_solution(kept: Attempt, gait: Gait) -> NoSolutionFound:
     solution, checks = kept.solution, Checks(kept.checks)
     broken = not_kept(kept.program.scenario, solution.violations)
     tries = suggestions(kept.program, solution, kept.checks)
-    message = f"{solution.solver} stopped: {solution.status}"
-    return NoSolutionFound(message, gait, [*broken, *checks.failed, *tries])
+    run = under_way()
+    parts = dict.fromkeys([solution.status, run.over])
+    message = f"{solution.solver} stopped: {', '.join(part for part in parts if part)}"
+    kind = SolveInterrupted if run.asked.signal else NoSolutionFound
+    return kind(message, gait, [*broken, *checks.failed, *tries])
 
 
 def _attempt(gait: Gait) -> Attempt:
@@ -211,7 +226,7 @@ def _program(gait: Gait) -> GaitProgram:
     Costs and constraints of one's own are functions, which no gait carries; it knows only what
     their bounds cost (`own_bounds`).
     """
-    program = build_program(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
+    program = GaitProgram(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
     held = program.with_friction()
     more = {one.name for one in held.constraints} - {one.name for one in program.constraints}
     return held if more & gait.multipliers.keys() else program

@@ -86,6 +86,8 @@ def described(folder):
         "coordinates": [c.getName() for c in coordinates],
         "lower": [c.getRangeMin() for c in coordinates],
         "upper": [c.getRangeMax() for c in coordinates],
+        "locked": [c.getDefaultLocked() for c in coordinates],
+        "rest": [c.getDefaultValue() for c in coordinates],
         "bodies": [b.getName() for b in model.getBodySet()],
         "markers": [m.getName() for m in model.getMarkerSet()],
         "mass": model.getTotalMass(state),

@@ -1,9 +1,12 @@
 """The page in a real browser: headless Chromium, driven by Selenium, without a network."""
 
+import base64
 import html
 import io
 import os
 import shutil
+import threading
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -18,7 +21,14 @@ from selenium.webdriver.support.ui import WebDriverWait
 from walking import guessed_gait
 
 from human_gait.body.skeleton import index
-from human_gait.playback.page import TORQUE_COLOURS, play, save_playback
+from human_gait.playback.page import (
+    TORQUE_COLOURS,
+    page_policy,
+    play,
+    playback_page,
+    save_playback,
+)
+from human_gait.playback.server import page_server
 from human_gait.results.names import GAIT_FILE
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
@@ -50,6 +60,7 @@ OPTIONS = (
 SLOW_CARD = "GPU stall due to ReadPixels"  # said about screenshots
 SMALL = (560, 460)
 GAIT = guessed_gait()
+AT_REST = "setPlaying(false); judge = () => {}; viewer.renderer.setPixelRatio(0.5)"  # quick
 FRAME = 1 / 60  # of the stride; between two frames of the tracks the page interpolates
 
 
@@ -60,7 +71,7 @@ class Page:
         self.driver = driver
         self.resize(*SMALL)
         driver.get(path.as_uri())
-        self.script("setPlaying(false); viewer.renderer.setPixelRatio(0.5)")  # quickly drawn
+        self.script(AT_REST)
 
     def script(self, code):
         return self.driver.execute_script(code)
@@ -152,7 +163,7 @@ def page(one_page, folder):
     if not one_page.driver.current_url.endswith("playback.html"):
         one_page = Page(one_page.driver, folder / "playback.html")
     one_page.resize(*SMALL)
-    one_page.script("setPlaying(false); setSpeed(1); setView('oblique'); seek(0)")
+    one_page.script("scrollTo(0, 0); setPlaying(false); setSpeed(1); setView('oblique'); seek(0)")
     return one_page
 
 
@@ -449,14 +460,15 @@ def report_page(driver, folder):
     page.driver = driver
     page.resize(1000, 700)
     walk = html.escape((folder / "playback.html").read_text(encoding="utf-8"))
+    seal = f'<meta http-equiv="Content-Security-Policy" content="{page_policy()}">'
     frame = '<iframe sandbox="allow-scripts" style="width: 100%; height: 500px"'
     (folder / "report.html").write_text(
-        f'<!DOCTYPE html><meta charset="utf-8">{frame} srcdoc="{walk}"></iframe>'
+        f'<!DOCTYPE html><meta charset="utf-8">{seal}{frame} srcdoc="{walk}"></iframe>'
         '<div style="height: 3000px"></div>',
         encoding="utf-8",
     )
     driver.get((folder / "report.html").as_uri())
-    inside(page, "setPlaying(false); viewer.renderer.setPixelRatio(0.5)")
+    inside(page, AT_REST)
     return page
 
 
@@ -479,9 +491,10 @@ def test_in_a_report_the_wheel_scrolls_and_zooms_with_ctrl_only(report_page):
     turn_wheel(page, place)
     WebDriverWait(page.driver, 5).until(lambda _: page.script("return scrollY") > 50)
     assert inside(page, DISTANCE) == zoomed
+    assert page.problems() == []
 
 
-SIZES = [(1366, 768), (1920, 1080), (800, 1000), (390, 780)]
+SIZES = [(1366, 768), (1920, 1080), (800, 1000), (360, 780)]
 AREAS = ("#stage", "#transport", "#panel")
 
 
@@ -522,6 +535,9 @@ def assert_tidy(page, alone):
     assert page.script("return document.documentElement.scrollWidth <= innerWidth")
     canvas, stage = boxes(page, "canvas", "#stage")
     assert canvas == pytest.approx(stage, abs=1.0)
+    for name in page.all(".name :is(b, i)"):  # nothing is cut
+        size = "const {clientHeight: h, scrollHeight: whole} = arguments[0]; return whole - h"
+        assert page.driver.execute_script(size, name) <= 1
 
 
 def test_in_the_frame_of_a_notebook_it_walks_without_rights(driver, tmp_path, page):
@@ -540,3 +556,238 @@ def test_in_the_frame_of_a_notebook_it_walks_without_rights(driver, tmp_path, pa
         assert page.problems() == []
     finally:
         driver.switch_to.default_content()
+
+
+def test_a_picture_is_saved_as_it_is_seen(page, tmp_path):
+    save = {"behavior": "allow", "downloadPath": str(tmp_path)}
+    page.driver.execute_cdp_cmd("Browser.setDownloadBehavior", save)
+    page.click("#save-picture")
+    file = tmp_path / f"{GAIT.scenario.name}.png"
+    WebDriverWait(page.driver, 5).until(lambda _: file.exists())
+    with Image.open(file) as saved:
+        shown = page.script("return [viewer.renderer.domElement.width, innerWidth]")
+        assert abs(saved.width - shown[0]) <= 1
+        assert np.array(saved.convert("L")).std() > 10
+    assert page.problems() == []
+
+
+# What a page may do
+
+INJECTED = """
+    const done = arguments[0], refused = [];
+    window.ran = [];
+    document.addEventListener("securitypolicyviolation", ({ violatedDirective: kind }) =>
+      refused.push(kind.replace(/-(src|elem|attr)/g, "")));
+    const script = document.createElement("script");
+    script.textContent = "window.ran.push('script')";
+    document.body.append(script);
+    const place = document.createElement("div");
+    place.innerHTML = `<img src="x" onerror="window.ran.push('error')">
+      <svg onload="window.ran.push('svg')"></svg><a href="javascript:window.ran.push('link')">a</a>
+      <img src="http://127.0.0.1:1/leak"><link rel="stylesheet" href="http://127.0.0.1:1/style">
+      <iframe src="http://127.0.0.1:1/frame"></iframe><object data="http://127.0.0.1:1/o"></object>
+      <form action="http://127.0.0.1:1/form"><button>go</button></form>
+      <div style="background: url(http://127.0.0.1:1/paint)">a</div>`;
+    document.body.append(place);
+    place.querySelector("a").click();
+    place.querySelector("button").click();
+    const attempts = [
+      () => fetch("http://127.0.0.1:1/fetch"), () => new WebSocket("ws://127.0.0.1:1/socket"),
+      () => new Worker("data:text/javascript,0"), () => navigator.sendBeacon("http://127.0.0.1:1/"),
+    ];
+    for (const attempt of attempts) try { Promise.resolve(attempt()).catch(() => {}) } catch {}
+    (function wait(tries) {
+      if (new Set(refused).size < 8 && tries > 0) return setTimeout(wait, 50, tries - 1);
+      place.remove();
+      script.remove();
+      done([window.ran, refused]);
+    })(100)"""
+
+
+def test_nothing_that_gets_into_the_page_runs_or_loads(page):
+    ran, refused = page.driver.execute_async_script(INJECTED)
+    assert ran == []
+    kinds = ["connect", "form-action", "frame", "img", "object", "script", "style", "worker"]
+    assert set(refused) == set(kinds)
+    page.problems()
+
+
+HOSTILE = "</script><script>window.ran = 1</script><img src=x onerror='window.ran = 1'>\"'{{7*7}}"
+
+
+def test_live_too_words_of_a_file_stay_text_and_a_failed_walk_says_so(driver, page, monkeypatch):
+    found = {**GAIT.solution, "solver": "newton", "status": HOSTILE, "success": False}
+    monkeypatch.setattr("human_gait.playback.page._names", lambda _: [HOSTILE])
+    page.problems()
+    with page_server(playback_page(replace(GAIT, solution=found)), policy=page_policy()) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        driver.get(server.url)
+        server.shutdown()
+    assert page.script("return walkers.length") == 1
+    assert page.script("return window.ran") is None
+    assert driver.title == page.one("h1").text == HOSTILE
+    warning = page.one("#warning")
+    assert warning.is_displayed()
+    assert "This is no walk" in warning.text
+    assert "<script>window.ran" in warning.text
+    assert page.problems() == []
+
+
+# Quality
+
+
+def judged(page, milliseconds, times=1):
+    """Let frames take so long; tell at which level the page then is."""
+    code = f"for (let k = 0; k < JUDGED * {times}; k++) real({milliseconds}); return quality.level"
+    return page.script(code)
+
+
+def test_slow_frames_are_drawn_with_less_and_quick_ones_with_more(driver, folder, page):
+    page.resize(1366, 768)
+    driver.get((folder / "playback.html").as_uri())
+    page.script("setPlaying(true)")  # a frame of this size takes long without a graphics card
+    WebDriverWait(driver, 30).until(lambda _: page.script("return quality.level") > 0)
+    page.resize(*SMALL)
+    page.script(
+        "window.real = judge; judge = () => {}; setPlaying(false); setSmooth(true);"
+        "Object.assign(quality, {level: 0, times: [], rose: false, moved: -Infinity})"
+    )
+    assert judged(page, 40, 5) == 0
+    assert judged(page, 60) == 1
+    assert judged(page, 60) == 2
+    assert judged(page, 60, 5) == page.script("return LEVELS.length - 1") == 3
+    looks = "return [sun.castShadow, quality.smooth, viewer.renderer.domElement.width]"
+    page.script("draw(quality.level)")
+    assert page.script(looks) == [False, False, page.script("return Math.floor(innerWidth / 2)")]
+    assert page.picture().std() > 10  # at rest
+    assert page.script(looks) == [True, False, page.script("return innerWidth")]
+    assert judged(page, 10) == 3  # too early
+    page.script("quality.since = -Infinity")
+    assert judged(page, 10) == 2
+    patience = page.script("return quality.patience")
+    assert judged(page, 60) == 3
+    assert page.script("return quality.patience") == 2 * patience
+    for level in (2, 1, 0):
+        page.script("quality.since = -Infinity")
+        assert judged(page, 10) == level
+    assert page.script("return quality.smooth")
+    assert page.one("canvas").accessible_name
+    assert page.problems() == []
+
+
+# Keys
+
+
+CAMERA = "return viewer.camera.position.toArray()"
+
+
+def shifted(page, key):
+    ActionChains(page.driver).key_down(Keys.SHIFT).send_keys(key).key_up(Keys.SHIFT).perform()
+
+
+def test_keys_turn_zoom_and_go_back(page):
+    page.script("document.activeElement.blur()")
+    home, distance = page.script(CAMERA), page.script(DISTANCE)
+    for key, place, sign in (
+        *((Keys.ARROW_RIGHT, 0, 1), (Keys.ARROW_LEFT, 0, -1)),
+        *((Keys.ARROW_UP, 1, 1), (Keys.ARROW_DOWN, 1, -1)),
+    ):
+        page.press("0")
+        shifted(page, key)
+        assert sign * (page.script(CAMERA)[place] - home[place]) > 0.1, key
+        assert page.script(DISTANCE) == pytest.approx(distance)
+    assert page.script("return state.phase") == 0
+    page.press("+", "+")
+    assert page.script(DISTANCE) < 0.9 * distance
+    page.press("-", "-", "-")
+    assert page.script(DISTANCE) > 1.05 * distance
+    page.press(*"-" * 35)
+    assert page.script(DISTANCE) < page.script("return DOME")
+    page.press("0")
+    assert page.script(CAMERA) == pytest.approx(home)
+
+
+def test_all_can_be_reached_with_the_tab_key_and_arrows_turn_the_picture(page):
+    page.script("element('play').focus()")
+    shifted(page, Keys.TAB)
+    ring = "return getComputedStyle(document.activeElement, '::after').borderTopWidth"
+    assert page.script(ring) == "3px"  # an outline would be behind the canvas
+    before = page.script(CAMERA)
+    page.press(Keys.ARROW_LEFT)
+    assert page.script(CAMERA) != before
+    reached = []
+    here = """
+        const here = document.activeElement, { id, dataset } = here;
+        return [id || dataset.view || dataset.layer, getComputedStyle(here).outlineStyle]"""
+    while "ask" not in reached:
+        page.press(Keys.TAB)
+        name, outline = page.script(here)
+        assert outline == "solid", name
+        reached.append(name)
+    assert {"play", "scrub", "speed", "side", "oblique", "body", "torques"} <= set(reached)
+
+
+def test_the_list_of_keys_comes_and_goes(page):
+    page.script("document.activeElement.blur()")
+    page.press("?")
+    assert page.one("#help").is_displayed()
+    page.press(Keys.ARROW_RIGHT)
+    assert page.script("return state.phase") == 0
+    page.press(Keys.ESCAPE)
+    assert not page.one("#help").is_displayed()
+    page.click("#ask")
+    said = page.one("#help").text
+    for key in ("space", "Shift", "Esc"):
+        assert key in said
+    page.press("?")
+    assert not page.one("#help").is_displayed()
+
+
+def test_paper_gets_a_picture_of_the_walk(page):
+    printed = page.driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": False})
+    pdf = base64.b64decode(printed["data"])
+    assert b"/Subtype /Image" in pdf
+    assert page.script("return element('still').naturalWidth") > 100
+    assert not page.one("#still").is_displayed()
+
+
+def test_one_finger_turns_and_two_come_nearer(page):
+    page.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
+    try:
+        before = page.script(CAMERA)
+        touch(page, [[(100, 100)], [(160, 100)], [(200, 110)]])
+        assert np.linalg.norm(np.subtract(page.script(CAMERA), before)) > 0.5
+        distance = page.script(DISTANCE)
+        touch(page, [[(150, 100), (200, 100)], [(120, 100), (230, 100)], [(90, 100), (260, 100)]])
+        assert page.script(DISTANCE) < 0.9 * distance
+    finally:
+        page.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
+
+
+def touch(page, steps):
+    """Put fingers on the page, move them and take them away."""
+    for k, places in enumerate([*steps, []]):
+        kind = "touchEnd" if not places else "touchMove" if k else "touchStart"
+        points = [{"x": x, "y": y, "id": n} for n, (x, y) in enumerate(places)]
+        event = {"type": kind, "touchPoints": points}
+        page.driver.execute_cdp_cmd("Input.dispatchTouchEvent", event)
+    page.script("viewer.controls.update()")
+
+
+def test_what_is_in_sight_is_saved_as_a_picture_and_as_a_film(page):
+    """The browser is not let loose on the disk: what it would write is caught."""
+    page.script(
+        "window.saved = []; window.writing = download;"
+        "download = (blob, suffix) => saved.push([suffix, blob.size])"
+    )
+    page.script("setPlaying(false); seek(0.3)")
+    page.click("#save-picture")
+    page.click("#save-film")
+    wait = WebDriverWait(page.driver, 30)
+    wait.until(lambda _: len(page.script("return saved")) == 2)
+    sizes = dict(page.script("return saved"))
+    assert set(sizes) == {"png", "webm"}
+    assert min(sizes.values()) > 5000
+    assert not page.script("return state.playing")
+    assert page.script("return sheet.width") > 300
+    page.script("download = writing")

@@ -12,6 +12,7 @@ import pytest
 from walking import guessed_gait
 
 import human_gait as hg
+from human_gait.checks.contents import COST, OWN_COST
 from human_gait.cli import run
 from human_gait.results.names import EXPLANATION, GAIT_CYCLE, GAIT_FILE, SUMMARY
 
@@ -235,6 +236,7 @@ def test_a_predicted_gait_knows_how_it_was_found(walk):
     assert walk.solution["start"] == "own guess"
     assert walk.solution["iterations"] > 1
     assert walk.multipliers
+    assert OWN_COST not in walk.solution
     assert hg.verify(walk).passed
     walk.tau(0.1)
     assert len(pickle.dumps(walk)) < 50_000
@@ -312,6 +314,10 @@ def test_a_walk_with_a_cost_and_a_constraint_of_ones_own_is_kept(walk, tmp_path)
     summary = json.loads((folder / SUMMARY).read_text())
     assert summary["cost"] == found.solution["cost"] > walk.solution["cost"]
     assert summary["success"] is True
+    assert found.solution[OWN_COST] > 0.0
+    cost = hg.verify(folder)[COST.name]
+    assert cost.passed
+    assert f"{found.solution[OWN_COST]:.6g} of one's own" in cost.what
     again = hg.load(folder)
     assert again == found
     assert again.multipliers.keys() == found.multipliers.keys() >= {"narrow"}

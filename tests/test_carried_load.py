@@ -82,7 +82,7 @@ def test_the_checks_know_the_force():
         "masses off the body",
     ):
         assert checks[claim].passed
-    for claim in ("momentum off the impulse", "energy off the work"):
+    for claim in ("momentum off the impulse", "energy off joints' and ground's work"):
         assert checks[claim].passed
 
 

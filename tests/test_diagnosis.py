@@ -17,7 +17,7 @@ from human_gait.problem.balance_rows import GROUND_PUSHES
 from human_gait.problem.constraints import LIMITS, SYMMETRY
 from human_gait.problem.contact_rows import CONTACT_POSITION, GROUND_PENETRATION, SOFT_IMPACT
 from human_gait.problem.posture_rows import ARM_LEG_COUPLING, PELVIC_VELOCITY
-from human_gait.problem.program import COST_SCALE, build_program
+from human_gait.problem.program import COST_SCALE, GaitProgram, build_program
 from human_gait.problem.residual import Demand
 from human_gait.problem.violation import Violation
 from human_gait.results.explanation import explained
@@ -42,7 +42,7 @@ def demanded(demand, program):
 
 def failed(task, violations=(FOOT,), checks=(), **changes):
     """What is suggested after a solve that ended at the guess, str by key."""
-    program = build_program(task)
+    program = GaitProgram(task)  # not refused first
     outcome = {"converged": False, "interrupted": False, "status": "13: infeasible", **changes}
     numbers = {"iterations": 1, "evaluations": 1, "cost": 1.0, "wall_time": 1.0}
     solution = Solution(

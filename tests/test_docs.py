@@ -24,7 +24,9 @@ FENCED = re.compile(r"^```[\s\S]*?^```$|^    .*$", re.MULTILINE)
 CODE = re.compile(r"`([^`\n]+)`")
 TEST = re.compile(r"(test_\w+\.py)(?:::(\w+))?")
 DOTTED = re.compile(r"([a-z_]\w*(?:\.\w+)+)(?:\(.*\))?")
-FILE = re.compile(r"\w+\.(bvh|c3d|csv|html|json|mot|npz|osim|png|sto|toml|trc|urdf|xml)")
+FILE = re.compile(
+    r"\w+\.(bvh|c3d|csv|gif|html|json|mot|mp4|npz|osim|png|sto|toml|trc|urdf|xml|yaml)"
+)
 VALUES = {"gait": human_gait.Gait, "hg": human_gait, "scenario": human_gait.Scenario}
 FOREIGN = {"numpy", "opensim", "pandas", "pydrake"}
 

@@ -1,5 +1,6 @@
 """Whole solves of the scenarios that come with the package: is it a walk, and like a person's?"""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,9 @@ from walks import scenario
 
 from human_gait.body.limits import joint_limits
 from human_gait.body.skeleton import index
+from human_gait.checks import contents
 from human_gait.checks.verification import verify
+from human_gait.cli import run
 from human_gait.people.reference import references_near, scores
 from human_gait.problem.program import build_program
 from human_gait.scenario import load_scenario
@@ -66,6 +69,42 @@ def test_every_constraint_is_kept(result):
 def test_every_check_on_the_finer_grid_is_passed(result):
     assert [check for check in verify(load_record(result.folder)) if not check.passed] == []
     assert all(check["passed"] for check in result.summary["checks"].values())
+
+
+def test_what_moves_limits_is_in_the_summary(result):
+    assert result.summary["settings_that_move_limits"] == []
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "code", "said"),
+    [
+        ("ground.sharing", "parallel", 1, contents.SAMPLES.name),
+        ("objective.weighting", "strength", 1, contents.COST.name),
+        ("tolerances.contact_speed", 2.0, 0, "contact_speed = 2 m/s, default 0.3"),
+        ("ground.friction", 2.0, 0, "ground.friction = 2, default 0.5"),
+        ("cost", 1.0, 1, contents.COST.name),
+    ],
+)
+@pytest.mark.parametrize("digests", ["kept", "taken away"])
+def test_a_walk_whose_file_is_changed_is_refused_or_shown(
+    key, value, code, said, digests, tmp_path, capsys
+):
+    """With its digests it is refused in any case; without, as an older file, as far as may be."""
+    with np.load(solved("preferred").folder / "gait.npz") as file:
+        members = dict(file)
+    section, _, name = key.rpartition(".")
+    member = "scenario" if section else "solution"
+    content = json.loads(str(members[member]))
+    (content[section] if section else content)[name] = value
+    members[member] = np.array(json.dumps(content))
+    if digests == "taken away":
+        del members["digests"]
+    np.savez(tmp_path / "gait.npz", **members)
+    assert run(["verify", str(tmp_path)]) == (1 if digests == "kept" else code)
+    shown = capsys.readouterr().out
+    assert said in shown
+    assert f"{contents.SEAL.name}: {member}" in shown or digests == "taken away"
+    assert ("has no digests" in shown) == (digests == "taken away")
 
 
 def test_all_files_are_written(result):

@@ -28,7 +28,8 @@ ROOT = Path(human_gait.__file__).parents[1]
 DEFINING = (
     *(f"human_gait/problem/{name}.py" for name in ("constraints", "contact_rows")),
     *(f"human_gait/problem/{name}.py" for name in ("balance_rows", "posture_rows")),
-    *(f"human_gait/checks/{name}.py" for name in ("laws", "ground", "motion")),
+    *(f"human_gait/checks/{name}.py" for name in ("contents", "laws", "ground")),
+    *(f"human_gait/checks/{name}.py" for name in ("motion", "limbs")),
 )
 NEW = "renamed: "
 RECORD = make_record(guessed_gait())

@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 from walks import near_walk, scenario
 
+from human_gait.body.limits import torque_weights
 from human_gait.body.skeleton import MIRROR_INDEX, index
 from human_gait.dynamics.tissues import PassiveJoints
-from human_gait.problem.objective import squared_torque, torque_weights
+from human_gait.problem.objective import squared_torque
 from human_gait.problem.program import build_program
 from human_gait.walk.instant import Walker
 

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,7 +15,7 @@ import pytest
 from exports import LOADS, from_opensim, joint_centres, marker_places, walking
 from solves import solved
 
-from human_gait.body.limits import position_limits
+from human_gait.body.limits import joint_limits
 from human_gait.body.skeleton import DOF_NAMES, SEGMENTS
 from human_gait.export.formats import MARGIN, export_gait, sampled
 from human_gait.export.markers import marker_set
@@ -85,7 +86,7 @@ def test_the_model_is_the_body(found):
     body, model = found.gait.body, found.model
     assert sorted(model.coordinates) == sorted(DOF_NAMES)
     order = [DOF_NAMES.index(name) for name in model.coordinates]
-    lower, upper = position_limits()
+    lower, upper = joint_limits(found.gait.scenario)
     np.testing.assert_allclose(model.lower, lower[order], atol=1e-12)
     np.testing.assert_allclose(model.upper, upper[order], atol=1e-12)
     rigid = body.load.mass > 0 and body.load.model == "rigid"
@@ -178,6 +179,23 @@ def tool_error(gait, folder, rate):
     tau = found.now.tau[stride]
     off = np.abs(found.tool.values[stride][:, order] - tau).max(axis=0)
     return (off / np.abs(tau).max(axis=0))[6:]
+
+
+def test_it_takes_frozen_joints_and_ranges_without_zero(tmp_path):
+    """What is frozen is locked, which leaves its torque; a model rests within its ranges."""
+    limits = {"frozen": ["neck_upper_rotation"], "knee_flexion_r": [5, 100]}
+    gait = walking()
+    q = gait.control_points.copy()
+    q[:, DOF_NAMES.index("neck_upper_rotation")] = 0.0
+    own = replace(gait, scenario=gait.scenario.replace(limits=limits), control_points=q)
+    found = read_by_opensim(own, tmp_path, 50, (*OPENSIM, "trc"))
+    held = dict(zip(found.model.coordinates, found.model.locked, strict=True))
+    assert [name for name, locked in held.items() if locked] == ["neck_upper_rotation"]
+    rest = dict(zip(found.model.coordinates, found.model.rest, strict=True))
+    assert rest["knee_flexion_r"] == rest["knee_flexion_l"] == pytest.approx(np.deg2rad(5))
+    assert rest["hip_flexion_r"] == 0.0
+    assert "warn" not in found.said.lower()
+    test_inverse_dynamics_of_opensim_finds_the_torques(found)
 
 
 @pytest.mark.solve

@@ -102,11 +102,13 @@ def test_a_solve_that_fails_keeps_everything_it_has(failed, solver):
 def test_files_of_ones_own_stay_and_what_was_made_from_the_old_result_goes(tmp_path):
     stale = [f"{folder}export/{name}" for folder in ("", "newton/") for name in EXPORTED]
     stale += ["compare.csv", "report.html", "verification.json", "agreement.json"]
-    stale += ["newton/gait.npz", "snopt/summary.json"]
+    stale += ["newton/summary.json", "snopt/summary.json"]
     own = ["export/my_setup.xml", "newton/notes.txt", "model.osim", "export/mine/motion.bvh"]
     for name in (*stale, *own):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text("old")
+        (tmp_path / name).write_text("old" if name in own else "gait_digest=0123456789abcdef")
+    for folder in ("", "newton", "snopt"):
+        save_gait(guessed_gait(), tmp_path / folder)
     predict_to_folder(TASK, "newton", tmp_path)
     assert [name for name in stale if (tmp_path / name).exists()] == []
     assert [name for name in own if not (tmp_path / name).exists()] == []

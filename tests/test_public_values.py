@@ -237,6 +237,30 @@ def test_a_gait_that_is_not_of_finite_numbers_is_refused_in_one_line(name, value
     assert np.isfinite(value) or name in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("breaks", lambda breaks: breaks[::-1]),
+        ("breaks", lambda breaks: breaks[[0, 2, 1, *range(3, len(breaks))]]),
+        ("breaks", lambda breaks: breaks[:-1]),
+        ("breaks", lambda breaks: breaks[:, None]),
+        ("breaks", lambda breaks: breaks[:0]),
+        ("breaks", lambda breaks: breaks.tolist()),
+        ("breaks", lambda breaks: breaks.astype(str)),
+        ("control_points", lambda P: P[:-1]),
+        ("control_points", lambda P: P[:, :54]),
+        ("control_points", lambda P: P.ravel()),
+        ("control_points", list),
+        ("control_points", lambda P: P + 1j),
+    ],
+)
+def test_a_gait_that_makes_no_splines_is_refused_by_the_name_of_the_array(name, change):
+    gait = values()["Gait"]
+    with pytest.raises(hg.GaitError, match=name) as caught:
+        hg.verify(replace(gait, **{name: change(getattr(gait, name))}))
+    assert "\n" not in str(caught.value)
+
+
 def test_a_gait_of_large_numbers_fails_its_checks():
     gait = values()["Gait"]
     assert not hg.verify(replace(gait, control_points=100.0 * gait.control_points)).passed

@@ -40,6 +40,7 @@ STANDS_FOR = {
     "DIR2": "out/backpack-40",
     "DIR...": "out/normal out/backpack-40",
     "FILE": "new/file",
+    "FILM": "new/walk.png",
     "FOLDER": "new/folder",
     "FORMAT": "csv",
     "HZ": "50",
@@ -48,6 +49,8 @@ STANDS_FOR = {
     "NAME": "mine",
     "RESULTS_DIR": "out",
     "SCENARIO": "scenarios/normal.toml",
+    "VIEW": "front",
+    "WIDTHxHEIGHT": "64x80",
 }
 OWN = {
     "--from": "normal",
@@ -69,7 +72,7 @@ def filled(words):
     """Words of a synopsis with a value for each placeholder and, for an option, the one of many."""
     option = words[0] if words[0].startswith("--") else ""
     values = [STANDS_FOR.get(word, word) for word in words if word != "..."]
-    if option and len(values) > 1:
+    if option and len(values) > 1 and words[1] != "FILM":
         values[1] = OWN.get(option, values[1])
     return " ".join(values).split()
 
@@ -149,7 +152,8 @@ def test_a_target_of_make_is_there(target):
 @pytest.mark.usefixtures("here")
 def test_the_pieces_of_python_run_one_after_the_other(monkeypatch):
     """As somebody types them who reads from top to bottom."""
-    monkeypatch.setattr(human_gait, "play", lambda *_, **__: None)
+    for shown in ("play", "film"):  # the table of commands films
+        monkeypatch.setattr(human_gait, shown, lambda *_, **__: None)
     names = {}
     for text in [text for kind, text in BLOCKS if kind == "python"]:
         exec(compile(text, "README.md", "exec"), names)

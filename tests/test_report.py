@@ -8,11 +8,10 @@ import shlex
 import shutil
 import tomllib
 from collections import Counter
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
-from urllib.parse import unquote
 
 import numpy as np
 import pytest
@@ -27,14 +26,24 @@ from human_gait.exceptions import ResultError
 from human_gait.people import comparison
 from human_gait.people.comparison import compare_folder
 from human_gait.people.reference import references_near
-from human_gait.playback.page import playback_page
+from human_gait.playback.page import page_of, page_policy
 from human_gait.prediction import OURS
 from human_gait.reporting import page as report
 from human_gait.reporting import panels
-from human_gait.reporting.figures import GROUPS, RESULTS, VARIABLES, curve_panel, styled, svg
+from human_gait.reporting.figures import (
+    GROUPS,
+    MEASURED,
+    RESULTS,
+    VARIABLES,
+    curve_panel,
+    styled,
+    svg,
+)
 from human_gait.reporting.page import report_page, report_to_file
 from human_gait.scenario import Scenario
 from human_gait.solving.starts import GIVEN, WARM
+from human_gait.solving.summary import checks_content
+from human_gait.walk.described import gait_digest
 from human_gait.walk.gait_cycle import COLUMNS, label_and_unit, save_gait_cycle
 from human_gait.walk.gait_file import load_record, save_gait
 
@@ -56,7 +65,7 @@ def checks(tmp_path_factory):
     save_gait(guessed_gait(), folder)
     found = verify(load_record(folder))
     assert 0 < sum(check.passed for check in found) < len(found)
-    return {check.name: {**asdict(check), "passed": check.passed} for check in found}
+    return checks_content(found)
 
 
 def summary(gait, checks, success):
@@ -140,7 +149,7 @@ def one_panel(monkeypatch):
     """Draw one curve only: all figures take a second."""
     monkeypatch.setattr(panels, "GROUPS", {"Joint angles": ("knee_flexion_deg",)})
     monkeypatch.setattr(panels, "pictures", lambda *_: ())
-    monkeypatch.setattr(report, "playback_page", lambda _: PLAYBACK)
+    monkeypatch.setattr(report, "page_of", lambda *_, **__: PLAYBACK)
 
 
 @pytest.fixture(scope="module")
@@ -152,13 +161,15 @@ def three(tmp_path_factory, checks):
 @pytest.fixture(scope="module")
 def one_page(three):
     with pytest.MonkeyPatch.context() as monkeypatch:
-        monkeypatch.setattr(report, "playback_page", lambda _: PLAYBACK)
-        return report_page(three[:1], three[0] / "report.html")
+        monkeypatch.setattr(report, "page_of", lambda *_, **__: PLAYBACK)
+        return report_page(three[:1])
 
 
 @pytest.fixture(scope="module")
 def three_page(three):
-    return report_page(three, three[0].parent / "out" / "report.html")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(report, "page_of", lambda *_, **__: PLAYBACK)
+        return report_page(three)
 
 
 @pytest.fixture(scope="module", params=["one", "three"])
@@ -192,18 +203,25 @@ def read_json(path):
 def test_the_checks_are_those_of_the_summary(three, one_page, three_page):
     stored = read_json(three[0] / "summary.json")["checks"]
     heads, rows, _ = table(one_page, "check")
-    assert heads == ["check", "Eq.", "unit", "limit", "found", "passed", "t [s]"]
+    assert heads == ["check", "Eq.", "unit", "limit", "found", "passed", "t [s]", "what"]
     assert list(rows) == list(stored)
-    for name, (equation, unit, limit, found, passed, time) in rows.items():
+    assert "note" in {row[4] for row in rows.values()}
+    for name, (equation, unit, limit, found, passed, time, what) in rows.items():
         one = stored[name]
         assert name == one["name"]
-        assert (unit, limit, found, time) == (one["unit"], one["limit"], one["value"], one["time"])
-        assert passed == ("yes" if one["passed"] else "NO")
-        assert equation == one["equation"]
+        assert (unit, found, time) == (one["unit"], one["value"], one["time"])
+        assert (limit, passed) == limit_and_verdict(one)
+        assert (equation, what) == (one["equation"], one["what"])
     _, rows, _ = table(three_page, "check")
     for name, row in rows.items():
-        one = stored[name]
-        assert row[2:] == [one["limit"], *[one["value"], "yes" if one["passed"] else "NO"] * 3]
+        limit, passed = limit_and_verdict(stored[name])
+        assert row[2:] == [limit, *[stored[name]["value"], passed] * 3]
+
+
+def limit_and_verdict(one):
+    if one["limit"] is None:
+        return "none", "note"
+    return one["limit"], "yes" if one["passed"] else "NO"
 
 
 @pytest.mark.usefixtures("one_panel")
@@ -247,27 +265,66 @@ def test_what_was_asked_is_what_the_gait_says(three_page):
     heads, rows, _ = table(three_page, "asked for")
     scenario = guessed_gait().scenario
     assert heads == ["asked for", *(f"load {load:g}" for load in LOADS)]
-    assert rows["load on the back [kg]"] == list(LOADS)
+    assert rows["load [kg]"] == list(LOADS)
     assert rows["walking speed [m/s]"] == [scenario.walk.speed] * 3
     assert rows["step length [m]"] == [scenario.walk.step_length] * 3
     assert rows["body mass [kg]"] == [scenario.subject.mass] * 3
     assert rows["stature [m]"] == [scenario.subject.stature] * 3
-    marked = html.document_fromstring(three_page).xpath("//tr[td[@class='differs']]/td[1]")
-    assert [cell.text_content() for cell in marked] == ["load on the back [kg]"]
+    marked = html.document_fromstring(three_page).xpath("//tr/th[@class='differs']")
+    assert [cell.text_content() for cell in marked] == ["load [kg]"]
 
 
-def test_what_came_out_is_what_the_summary_says(three, three_page):
-    _, rows, _ = table(three_page, "came out")
+def test_how_it_was_solved_is_what_the_summary_says_and_comes_last(three, three_page):
+    _, rows, _ = table(three_page, "solved")
     stored = [read_json(folder / "summary.json") for folder in three]
-    costs = [found["cost"] for found in stored]
-    assert rows["effort, Eq. (18) [N² m² s]"] == costs
-    of_itself, *against = rows["effort against load 0 [%]"]
-    assert of_itself == "\N{EN DASH}"
-    np.testing.assert_allclose(against, [100 * (cost / costs[0] - 1) for cost in costs[1:]])
     assert rows["iterations"] == [42, 42, 42]
     assert rows["solving time [s]"] == [1.25] * 3
     passed = sum(check["passed"] for check in stored[0]["checks"].values())
     assert rows["checks passed"] == [f"{passed} of {len(stored[0]['checks'])}"] * 3
+    sections = html.document_fromstring(three_page).xpath("//section/@id")
+    assert sections[0] == "key"
+    assert sections[-2:] == ["solved", "again"]
+    first = html.document_fromstring(three_page).get_element_by_id("key").text_content()
+    assert not re.search(r"evaluations|iterations|variables|optimal", first)
+
+
+def test_the_key_numbers_are_those_of_the_walks_with_what_changed(three, three_page):
+    heads, rows, _ = table(three_page, "key number")
+    labels = [f"load {load:g}" for load in LOADS]
+    assert heads == ["key number", "unit", labels[0], labels[1], "change", labels[2], "change"]
+    curves = [curves_of(folder) for folder in three]
+    stored = [read_json(folder / "summary.json")["cost"] for folder in three]
+    knee = [found["knee flexion"].max() for found in curves]
+    moment = [found["ankle plantarflexion moment"].max() * 78.4 for found in curves]
+    _, *knees = rows["largest knee flexion"]
+    np.testing.assert_allclose(
+        knees, [knee[0], knee[1], knee[1] - knee[0], knee[2], knee[2] - knee[0]], atol=1e-9
+    )
+    for label, values in (
+        ("peak ankle plantarflexion torque", moment),
+        ("effort, Eq. (18)", stored),
+    ):
+        changes = [100 * (value / values[0] - 1) for value in values]
+        wanted = [values[0], values[1], changes[1], values[2], changes[2]]
+        np.testing.assert_allclose(rows[label][1:], wanted, rtol=1e-9)
+    gait = guessed_gait(LOADS[2])
+    t = gait.step_time * np.linspace(0, 2, 2001)
+    power = gait.tau(t)[:, 6:] * gait.v(t)[:, 6:]
+    work = np.trapezoid(np.maximum(power, 0).sum(axis=1), t) / 2
+    found = rows["positive work of the joints in a step"][4]
+    assert found == pytest.approx(work, rel=0.03)  # on a coarser grid
+
+
+def test_a_report_begins_with_a_sentence_for_each_walk_that_is_compared(one_page, three_page):
+    said = html.document_fromstring(three_page).find_class("said")
+    assert [one.text_content().partition(":")[0] for one in said] == [
+        f"load {load:g} against load 0" for load in LOADS[1:]
+    ]
+    _, rows, _ = table(three_page, "key number")
+    percent = f"{rows['effort, Eq. (18)'][3]:+.1f}\N{NO-BREAK SPACE}%"
+    assert f"effort {percent}" in said[0].text_content()
+    (alone,) = html.document_fromstring(one_page).find_class("said")
+    assert alone.text_content().startswith("A male of 1.755 m and 78.4 kg walks at 1.2 m/s")
 
 
 def test_the_scores_are_those_of_compare(three, one_page, three_page):
@@ -334,7 +391,7 @@ def test_what_is_read_is_the_number(page):
     numbers = list(html.document_fromstring(page).iter("data"))
     assert len(numbers) > 200
     for data in numbers:
-        text = data.text_content().replace("\N{MINUS SIGN}", "-")
+        text = re.sub("[°%\\s]", "", data.text_content().replace("\N{MINUS SIGN}", "-"))
         digits = len(re.sub(r"e.*|\D", "", text).lstrip("0"))
         decimals = len(text.partition("e")[0].partition(".")[2])
         exact, exponent = float(data.get("value")), int(text.partition("e")[2] or 0)
@@ -441,6 +498,74 @@ def test_noise_of_a_still_joint_is_not_drawn_large():
 # The page
 
 
+def contrast(one, other):
+    """The ratio of two colours, of which 4.5 is asked for text and 3 for lines."""
+
+    def luminance(colour):
+        shares = [
+            share / 12.92 if share <= 0.03928 else ((share + 0.055) / 1.055) ** 2.4
+            for share in colour
+        ]
+        return np.dot(shares, [0.2126, 0.7152, 0.0722])
+
+    low, high = sorted(map(luminance, (one, other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+@pytest.mark.parametrize("theme", [0, 1], ids=["light", "dark"])
+def test_words_and_lines_stand_out(page, theme):
+    styles = re.search("<style>(.*?)</style>", page, re.DOTALL)[1]
+    block = re.findall(r":root {(.*?)}", styles, re.DOTALL)[theme]
+    colours = {
+        name: np.array([int(code[k : k + 2], 16) / 255 for k in (0, 2, 4)])
+        for name, code in re.findall(r"--([\w-]+): #(\w{6})", block)
+    }
+    for name in ("ink", "quiet", "good", "bad", "blue"):
+        for ground in ("paper", "stripe"):
+            assert contrast(colours[name], colours[ground]) >= 4.5, (name, ground)
+    for ground in (colours["paper"], colours["shade"]):
+        for line in RESULTS:
+            assert contrast(colours[VARIABLES[line.colour]], ground) >= 3, line
+        for k in range(1, len(MEASURED) + 1):
+            mean = colours[f"measured-{k}"]
+            band = 0.35 * mean + 0.65 * ground
+            assert contrast(mean, colours["paper"]) >= 4.5
+            assert contrast(mean, band) >= 3
+
+
+def test_tables_can_be_heard(page):
+    tables = list(html.document_fromstring(page).iter("table"))
+    assert len(tables) > 5
+    captions = [found.findtext("caption") for found in tables]
+    assert all(captions)
+    assert len(set(captions)) == len(captions)
+    for found in tables:
+        heads = found.xpath("thead//th")
+        assert {head.get("scope") for head in heads} <= {"col", "colgroup"}
+        assert all(head.text_content() for head in heads)
+        for row in found.xpath("tbody/tr"):
+            assert row[0].tag == "th"
+            assert all(name.get("scope") == "row" for name in row.iter("th"))
+
+
+def test_pages_are_sealed_and_say_of_which_gaits_they_are(three, one_page, three_page):
+    for page, folders in ((one_page, three[:1]), (three_page, three)):
+        root = html.document_fromstring(outer(page))
+        (policy,) = root.xpath("//meta[@http-equiv='Content-Security-Policy']/@content")
+        assert policy == page_policy()
+        digests = [gait_digest(load_record(folder).gait) for folder in folders]
+        assert root.xpath("//meta[@name='gait']/@content") == digests
+
+
+@pytest.mark.usefixtures("one_panel")
+def test_a_gait_that_is_no_walk_says_so_whatever_the_summary_says(tmp_path, checks):
+    folder = write(tmp_path / "a", checks)
+    gait = guessed_gait()
+    save_gait(replace(gait, solution={**gait.solution, "success": False}), folder)
+    (warning,) = html.document_fromstring(report_page([folder])).xpath("//p[@role='alert']")
+    assert "This is no walk" in warning.text_content()
+
+
 def test_ids_are_unique_and_lead_somewhere(page):
     root = html.document_fromstring(page)
     ids = Counter(root.xpath("//@id"))
@@ -460,49 +585,43 @@ def outer(page):
 
 def test_the_page_loads_nothing(page):
     root = html.document_fromstring(outer(page))
-    assert root.xpath("//script | //link | //img | //object | //embed | //@src | //base") == []
+    assert root.xpath("//script | //link | //object | //embed | //base") == []
+    assert all(source.startswith("data:image/png") for source in root.xpath("//@src"))
     assert not re.search(r"://|@import|url\((?!#)|@font-face", outer(page))
     assert all(not link.startswith(("/", "//")) for link in root.xpath("//@href"))
 
 
-def test_the_animation_of_one_result_is_in_the_page(one_page):
-    (frame,) = html.document_fromstring(one_page).iter("iframe")
-    assert frame.get("srcdoc") == PLAYBACK
-    assert frame.get("sandbox") == "allow-scripts"  # a file may hold anything
-
-
-def test_the_animations_of_several_results_are_linked_from_where_the_page_is(three, three_page):
-    root = html.document_fromstring(three_page)
-    assert list(root.iter("iframe")) == []
-    place = three[0].parent / "out"
-    links = [link for link in root.xpath("//@href") if not link.startswith("#")]
-    assert [(place / unquote(link)).resolve() for link in links] == [
-        (folder / "playback.html").resolve() for folder in three
-    ]
-
-
-def test_the_animation_is_that_of_the_gait_whatever_file_there_is(three, monkeypatch):
+@pytest.mark.parametrize("number", [1, 3])
+def test_the_animation_is_in_the_page_that_of_the_gaits_whatever_files_there_are(
+    three, monkeypatch, number
+):
     monkeypatch.setattr(panels, "GROUPS", {})
     monkeypatch.setattr(panels, "pictures", lambda *_: ())
-    page = report_page(three[:1])
+    page = report_page(three[:number])
     (frame,) = html.document_fromstring(page, parser=html.HTMLParser(huge_tree=True)).iter("iframe")
-    assert unpacked(frame.get("srcdoc")) == unpacked(playback_page(load_record(three[0]).gait))
+    assert frame.get("sandbox") == "allow-scripts"
+    gaits = [load_record(folder).gait for folder in three[:number]]
+    assert unpacked(frame.get("srcdoc")) == unpacked(page_of(gaits))
     assert "of an old version" not in page
+
+
+def test_several_walkers_are_in_one_animation_each_with_its_name():
+    names = ["one", "two", "three"]
+    page = page_of([guessed_gait(load) for load in LOADS], called=names)
+    (data,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', page)
+    assert [walk["name"] for walk in json.loads(data)["walks"]] == names
+    assert len(page.encode()) < 4_000_000
+
+
+def test_paper_has_a_still_of_every_walk(page):
+    (still,) = html.document_fromstring(page).xpath("//img[@id='still']")
+    assert still.get("src").startswith("data:image/png;base64,")
+    assert "phases of a stride" in still.get("alt")
 
 
 def unpacked(page):
     """A page without the commands of its scene, in which things have new names every time."""
     return re.sub(r'"[A-Za-z0-9+/=]{20,}"', '""', page)
-
-
-@pytest.mark.usefixtures("one_panel")
-def test_results_without_animations_say_so(tmp_path, checks):
-    folders = [write(tmp_path / name, checks, name=name) for name in "ab"]
-    for folder in folders:
-        (folder / "playback.html").unlink()
-    root = html.document_fromstring(report_page(folders))
-    assert "no animation" in root.xpath("string(//section[@id='motion'])")
-    assert len(list(html.document_fromstring(report_page(folders[:1])).iter("iframe"))) == 1
 
 
 def test_pages_are_small_enough_to_send(one_page, three_page):
@@ -512,7 +631,7 @@ def test_pages_are_small_enough_to_send(one_page, three_page):
 
 def test_the_same_results_give_the_same_page(three, monkeypatch):
     monkeypatch.setattr(panels, "GROUPS", {"Joint angles": ("knee_flexion_deg",)})
-    monkeypatch.setattr(report, "playback_page", lambda _: PLAYBACK)
+    monkeypatch.setattr(report, "page_of", lambda *_, **__: PLAYBACK)
     assert report_page(three[:1]) == report_page(three[:1])
 
 
@@ -533,11 +652,11 @@ def test_results_stand_in_their_order(three):
     labels = [f"load {load:g}" for load in reversed(LOADS)]
     page = report_page(three[::-1])
     root = html.document_fromstring(page)
-    assert table(page, "asked for")[0][1:] == table(page, "came out")[0][1:] == labels
+    assert table(page, "asked for")[0][1:] == table(page, "solved")[0][1:] == labels
     (legend, *_) = root.xpath("//ul[@class='legend']")
     assert [item.text_content() for item in legend][:3] == labels
     groups = root.xpath("//section[@id='checks']//tr[@class='groups']/th")
-    assert [cell.text_content() for cell in groups][1:4] == labels
+    assert [cell.text_content() for cell in groups][:3] == labels
 
 
 @pytest.mark.usefixtures("one_panel")
@@ -550,7 +669,7 @@ def test_the_solver_that_was_asked_for_is_the_first_one(tmp_path, checks):
     page = report_page([folder])
     assert "--solver newton" in html.document_fromstring(page).text_content()
     assert table(page, "asked for")[1]["solver"] == ["newton"]
-    assert table(page, "came out")[1]["found by"] == ["snopt"]
+    assert table(page, "solved")[1]["found by"] == ["snopt"]
     assert len(table(page, "start")[1]) == 2
 
 
@@ -619,12 +738,10 @@ def test_text_of_files_and_names_of_folders_stay_text(tmp_path, checks):
     for given in (folders, folders[:1]):
         page = report_page(given)
         root = html.document_fromstring(outer(page))
-        assert root.xpath("//script | //img | //@onerror") == []
+        assert root.xpath("//script | //img[not(@id='still')] | //@onerror") == []
         said = root.text_content()
         assert said.count(HOSTILE) > 15
         assert str(folders[0]) in said
-    links = html.document_fromstring(report_page(folders)).xpath("//section[@id='motion']//@href")
-    assert [Path(unquote(link)).name for link in links] == ["playback.html"] * 2
 
 
 @pytest.mark.usefixtures("one_panel")
@@ -760,6 +877,6 @@ def test_the_report_of_a_prediction(tmp_path):
     assert {name: row[3] for name, row in rows.items()} == {
         name: check["value"] for name, check in result.summary["checks"].items()
     }
-    assert table(page, "came out")[1]["effort, Eq. (18) [N² m² s]"] == [result.summary["cost"]]
+    assert table(page, "key number")[1]["effort, Eq. (18)"][1:] == [result.summary["cost"]]
     (frame,) = html.document_fromstring(page, parser=html.HTMLParser(huge_tree=True)).iter("iframe")
     assert unpacked(frame.get("srcdoc")) == unpacked((result.folder / "playback.html").read_text())

@@ -9,11 +9,12 @@ from walking import guessed_gait
 
 from human_gait.body import dh
 from human_gait.body.skeleton import GRAVITY, SIDES_IN_WORDS, index
-from human_gait.playback.drawing import rounded
 from human_gait.playback.drawn_body import torque_sizes
-from human_gait.playback.forces import ARROW_HEAD, ARROW_LENGTH
+from human_gait.playback.forces import ARROW_HEAD
 from human_gait.playback.ground import support_polygons
+from human_gait.playback.looks import ARROW_LENGTH
 from human_gait.playback.scene import FRAMES_PER_STEP, scene_commands, stride_of
+from human_gait.playback.shapes import rounded
 
 SINGLE = 2e-6  # rounding of numbers of a few metres to single precision
 

@@ -32,6 +32,8 @@ def here(tmp_path, monkeypatch, walk):
         Path("half", name).write_text("")
     Path("damaged/gait.npz").write_bytes(Path("walk/gait.npz").read_bytes()[:1000])
     Path("file").write_text("")
+    Path("mine").mkdir()
+    Path("mine/report.html").write_text("by hand")
     Path("n.toml").write_text(WALK)
     Path("a.toml").write_text("[walk]\nspeed = 1.2\nstep_lenght = 0.7\n")
     Path("b.toml").write_text("[walk]\nspeed = 1.2\nstep_length = 1.5\n")
@@ -53,6 +55,9 @@ def here(tmp_path, monkeypatch, walk):
         "predict n.toml --warm-from half --solver all",
         "predict n.toml --warm-from half",
         "play walk --host 192.0.2.1",
+        "predict n.toml --out file/x",
+        "predict n.toml --out mine",
+        "predict n.toml --out=",
     ],
 )
 @pytest.mark.usefixtures("here")

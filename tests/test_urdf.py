@@ -8,7 +8,7 @@ from bodies import BODIES, LOADED, MALE, random_states
 
 from human_gait.body import dh
 from human_gait.body.limits import position_limits
-from human_gait.body.urdf import _roll_pitch_yaw, urdf_text
+from human_gait.body.urdf import roll_pitch_yaw, urdf_text
 from human_gait.checks.engines import drake_plant
 
 FRAMES = [f"dh_{i:02d}" for i in range(1, 56)]
@@ -114,7 +114,7 @@ def test_the_shapes_stay_above_the_sole_and_below_the_vertex():
 
 
 @pytest.mark.parametrize("angles", [(0.3, -0.5, 2.0), (0.4, np.pi / 2, 0), (-0.4, -np.pi / 2, 0)])
-def test_roll_pitch_yaw_rebuilds_the_rotation(angles):
+def testroll_pitch_yaw_rebuilds_the_rotation(angles):
     """1e-8: near a pitch of a right angle the angles carry only half of the digits."""
     R = pin.rpy.rpyToMatrix(*angles)
-    np.testing.assert_allclose(pin.rpy.rpyToMatrix(*_roll_pitch_yaw(R)), R, atol=1e-8)
+    np.testing.assert_allclose(pin.rpy.rpyToMatrix(*roll_pitch_yaw(R)), R, atol=1e-8)

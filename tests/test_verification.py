@@ -7,7 +7,7 @@ import pytest
 from walks import scenario
 
 from human_gait.body.skeleton import SEGMENTS, index
-from human_gait.checks import ground, laws, motion
+from human_gait.checks import contents, ground, laws, motion
 from human_gait.checks.check import Check, Kind
 from human_gait.checks.engines import DrakeEngine, RecursionEngine
 from human_gait.checks.verification import verify
@@ -95,11 +95,11 @@ TAMPERED = {
     "a torque": (("tau", K, KNEE), ENGINES[1]),
     "the torque of toes": (("tau", 3, TOES), ENGINES[2]),
     "a muscle torque": (("active", K, KNEE), laws.MUSCLES.name),
-    "an angle": (("q", K, KNEE), laws.ANGLES.name),
-    "a velocity": (("v", K, KNEE), laws.VELOCITIES.name),
-    "an acceleration": (("a", K, KNEE), laws.ACCELERATIONS.name),
-    "a foothold": (("footholds", *HEEL_L), laws.PLANNED.name),
-    "a mass": (("mass", PELVIS_LINK), laws.MASSES.name),
+    "an angle": (("q", K, KNEE), contents.ANGLES.name),
+    "a velocity": (("v", K, KNEE), contents.VELOCITIES.name),
+    "an acceleration": (("a", K, KNEE), contents.ACCELERATIONS.name),
+    "a foothold": (("footholds", *HEEL_L), contents.PLANNED.name),
+    "a mass": (("mass", PELVIS_LINK), contents.MASSES.name),
     "a force": (("grf", K, 1, 1), BALANCE),
     "a moment": (("yaw_moment", K, 1), BALANCE),
     "a centre of pressure": (("cop", K, 1, 2), BALANCE),
@@ -129,8 +129,8 @@ def test_every_number_that_is_changed_is_seen_somewhere():
 @pytest.mark.parametrize(
     ("key", "value", "name"),
     [
-        ("mass", 1.01, laws.MASSES.name),
-        ("stature", 1.01, laws.PLANNED.name),
+        ("mass", 1.01, contents.MASSES.name),
+        ("stature", 1.01, contents.PLANNED.name),
     ],
 )
 def test_another_person_in_the_scenario_is_seen(key, value, name):
@@ -148,7 +148,7 @@ def test_a_control_point_of_the_file_that_is_changed_is_seen():
     P = GAIT.control_points.copy()
     P[3, KNEE] *= 1.01
     tampered = dataclasses.replace(RECORD, gait=Gait(GAIT.scenario, GAIT.breaks, P))
-    assert laws.ANGLES.name in failed(tampered)
+    assert contents.ANGLES.name in failed(tampered)
 
 
 def consistent(**changes):
@@ -174,6 +174,7 @@ CHEATS = {
     "a push at the swinging foot": (added("grf", (MIDDLE, 0, 1), 20.0), SHARES[2]),
     "a moment on the swinging foot": (added("yaw_moment", (MIDDLE, 0), 5.0), SHARES[2]),
     "pressure above the ground": (added("cop", (MIDDLE, 1, 1), 0.05), ground.ON_GROUND.name),
+    "pressure of a foot in the air": (added("cop", (MIDDLE, 0, 2), 0.02), ground.FREE.name),
 }
 
 
@@ -288,6 +289,53 @@ def test_energy_that_comes_from_nowhere_is_seen():
     tau = now.tau.copy()
     tau[:, KNEE] += 0.5 * np.sign(now.v[:, KNEE])
     assert not laws.energy(dataclasses.replace(now, tau=tau), found).passed
+
+
+def test_work_of_the_ground_is_what_feet_do_against_its_forces():
+    """Only where loads move: with the ground's force at feet that stand still there is none."""
+    now = RECORD.samples
+    found = DrakeEngine(GAIT.body).mechanics((now.q, now.v, now.a), laws.loads_of(GAIT, now))
+    check = laws.ground_work(now, found)
+    free = RecursionEngine(GAIT.body).torques((now.q, now.v, now.a), [])
+    power = np.sum((free - now.tau) * now.v, axis=1)
+    work, joints = (
+        np.trapezoid(power, now.t),
+        np.trapezoid(np.maximum(now.tau * now.v, 0.0).sum(axis=1), now.t),
+    )
+    assert check.value == pytest.approx(abs(work) / joints, rel=1e-6)
+    assert f"{work:+.1f} J a step" in check.what
+    resting = dataclasses.replace(found, loads_power=0.0 * found.loads_power)
+    assert laws.ground_work(now, resting).value == 0.0
+
+
+def test_a_ground_that_drives_the_walk_is_refused():
+    """The energy adds up, whoever does the work: that check alone sees nothing of it."""
+    now = RECORD.samples
+    found = DrakeEngine(GAIT.body).mechanics((now.q, now.v, now.a), laws.loads_of(GAIT, now))
+    joints = np.trapezoid(np.maximum(now.tau * now.v, 0.0).sum(axis=1), now.t)
+    driven = 0.3 * joints / GAIT.step_time + np.zeros((len(now.t), 1))
+    power = np.concatenate([driven, 0.0 * found.loads_power[:, 1:]], axis=1)
+    gained = np.sum(now.tau * now.v, axis=1) + power.sum(axis=1)
+    energy = np.concatenate([[0.0], np.cumsum((gained[1:] + gained[:-1]) / 2 * np.diff(now.t))])
+    driving = dataclasses.replace(found, loads_power=power, energy=energy)
+    assert laws.energy(now, driving).passed
+    check = laws.ground_work(now, driving)
+    assert not check.passed
+    assert check.value == pytest.approx(0.3)
+    braking = dataclasses.replace(driving, loads_power=-power)
+    assert laws.ground_work(now, braking).what.startswith("-")
+    assert laws.ground_work(now, braking).value == check.value
+
+
+def test_a_load_that_is_a_force_is_not_the_ground():
+    task = scenario(load={"mass": 18.0, "model": "force"})
+    gait = Gait(task, GAIT.breaks, GAIT.control_points)
+    now = gait.fine_samples
+    found = DrakeEngine(gait.body).mechanics((now.q, now.v, now.a), laws.loads_of(gait, now))
+    moved = found.loads_power.copy()
+    moved[:, 4] += 1e6
+    other = dataclasses.replace(found, loads_power=moved)
+    assert laws.ground_work(now, other) == laws.ground_work(now, found)
 
 
 @pytest.mark.parametrize("axis", range(3))

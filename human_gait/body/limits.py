@@ -11,9 +11,22 @@ import numpy as np
 
 from human_gait import data
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import DOF_NAMES, GRAVITY, index, mirror
+from human_gait.body.skeleton import (
+    DOF_NAMES,
+    GRAVITY,
+    MIRROR_INDEX,
+    N_DOF,
+    PRISMATIC,
+    SIDES,
+    SIDES_IN_WORDS,
+    index,
+    mirror,
+)
 from human_gait.exceptions import ScenarioError
 from human_gait.scenario import Scenario, Subject
+
+REFERENCE_STRENGTH = 100.0
+"""Strength of a joint whose torques count as they are, [N m]."""
 
 _ROWS = data.rows("joint_limits")
 
@@ -48,6 +61,31 @@ def joint_limits(scenario: Scenario) -> tuple[FloatArray, FloatArray]:
     return _on_both_sides(lower, upper)
 
 
+def mirrored_limits(scenario: Scenario) -> list[str]:
+    """Return in words what limits of a scenario say of more than the joint that they are given for.
+
+    The next step is the mirror image of this one, so that a limit of one side holds for the other
+    too, and of two that differ what both allow.
+    """
+    given = scenario.limits.ranges_si(DOF_NAMES)
+    own = [*scenario.limits.frozen_dofs(DOF_NAMES), *given]
+    found = []
+    for name in own:
+        i = index(name)
+        other = DOF_NAMES[MIRROR_INDEX[i]]
+        key = f"limits.{name}" if name in given else f"limits.frozen: {name}"
+        ends = np.array([limit[i] for limit in joint_limits(scenario)])
+        if other not in own:
+            side = SIDES_IN_WORDS[SIDES.index(other[-1])]
+            found.append(f"{key} holds for the {side} too, since steps are mirror images")
+        elif not np.allclose(given.get(name, 0.0), ends):
+            scale, unit = (1.0, "m") if PRISMATIC[i] else (np.rad2deg(1.0), "deg")
+            low, high = scale * ends + 0.0
+            held = f"{low:.4g} to {high:.4g} {unit}"
+            found.append(f"{key} holds as {held}, since steps are mirror images")
+    return found
+
+
 def torque_limits(subject: Subject, deviations: float = 2.0) -> tuple[FloatArray, FloatArray]:
     """Return the lower and the upper strength limits, each (55,), [N m].
 
@@ -67,6 +105,19 @@ def torque_limits(subject: Subject, deviations: float = 2.0) -> tuple[FloatArray
     lower = [_strength(row, "min", -deviations, subject) for row in _ROWS]
     upper = [_strength(row, "max", deviations, subject) for row in _ROWS]
     return np.array(lower), np.array(upper)
+
+
+def torque_weights(scenario: Scenario) -> FloatArray:
+    """Return the weights w_i (55,) of the squared torques.
+
+    ``strength``: (100 N m / strength_i)^2, the mean strength of the joint's two directions. Effort
+    is then relative to what a joint can give: 10 N m are little for a hip and much for a wrist.
+    ``none``: 1, the objective of the paper.
+    """
+    if scenario.objective.weighting == "none":
+        return np.ones(N_DOF)
+    lower, upper = torque_limits(scenario.subject, deviations=0.0)
+    return np.asarray((2.0 * REFERENCE_STRENGTH / (upper - lower)) ** 2)
 
 
 def _on_both_sides(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatArray]:

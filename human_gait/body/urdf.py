@@ -7,16 +7,15 @@ of the DH row, K_i, goes into the origins of its children: A_i = U_i K_i. A mass
 """
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.body import skeleton
-from human_gait.body.anthropometry import Anthropometry
 from human_gait.body.dh import constant, joint_origins, link_to_dh
+from human_gait.body.figure import capsules
 from human_gait.body.limits import position_limits, torque_limits
 from human_gait.body.links import Links, anatomical_to_link
 
@@ -28,7 +27,6 @@ COLOURS = {
     "shoe": "0.88 0.88 0.90 1",
     "backpack": "0.42 0.47 0.27 1",
 }
-_TO_THE_RIGHT = np.array([-1.0, 1.0, 1.0])
 
 
 def _numbered(prefix: str, names: Sequence[str]) -> tuple[str, ...]:
@@ -59,7 +57,7 @@ def urdf_text(body: Links) -> str:
     for i in range(skeleton.N_DOF):
         _add_link(robot, body, i, to_dh[i], to_dh[i] @ anatomical[i])
         _add_joint(robot, i, origins[i], limits[i])
-        _add_fixed(robot, f"dh_{i + 1:02d}", LINK_NAMES[i], to_dh[i])
+        add_fixed(robot, f"dh_{i + 1:02d}", LINK_NAMES[i], to_dh[i])
     if body.load.mass > 0:
         _add_backpack(robot, body, to_dh)
     ET.indent(robot)
@@ -70,19 +68,33 @@ def _add_link(robot: ET.Element, body: Links, i: int, to_dh: FloatArray, place: 
     link = ET.SubElement(robot, "link", name=LINK_NAMES[i])
     if body.mass[i] > 0:
         com = to_dh[:3, :3] @ body.com[i] + to_dh[:3, 3]
-        _add_inertial(
+        add_inertial(
             link, float(body.mass[i]), com, to_dh[:3, :3] @ body.inertia[i] @ to_dh[:3, :3].T
         )
-        _add_capsules(link, body, i, place)
+        for capsule in capsules(body.measures):
+            if capsule.link == i:
+                ends = [place[:3, :3] @ end + place[:3, 3] for end in capsule.ends]
+                _add_capsule(link, (ends[0], ends[1]), capsule.radius, capsule.colour)
 
 
-def _add_inertial(link: ET.Element, mass: float, com: FloatArray, inertia: FloatArray) -> None:
+def add_inertial(
+    link: ET.Element,
+    mass: float,
+    com: FloatArray,
+    inertia: FloatArray,
+    turn: tuple[float, float, float] = (0, 0, 0),
+) -> None:
+    """Add mass [kg], centre of mass (3,) [m] and inertia about it (3, 3) [kg m^2] to a link.
+
+    The axes of the inertia are those of the link after a turn of roll, pitch and yaw [rad].
+    """
     inertial = ET.SubElement(link, "inertial")
-    ET.SubElement(inertial, "origin", xyz=_text(com), rpy="0 0 0")
-    ET.SubElement(inertial, "mass", value=_text([mass]))
+    rpy = numbers(turn) if any(turn) else "0 0 0"
+    ET.SubElement(inertial, "origin", xyz=numbers(com), rpy=rpy)
+    ET.SubElement(inertial, "mass", value=numbers([mass]))
     axes = {"xx": (0, 0), "xy": (0, 1), "xz": (0, 2), "yy": (1, 1), "yz": (1, 2), "zz": (2, 2)}
     ET.SubElement(
-        inertial, "inertia", {f"i{name}": _text([inertia[ij]]) for name, ij in axes.items()}
+        inertial, "inertia", {f"i{name}": numbers([inertia[ij]]) for name, ij in axes.items()}
     )
 
 
@@ -93,7 +105,7 @@ def _add_joint(robot: ET.Element, i: int, origin: FloatArray, limits: dict[str, 
     ET.SubElement(joint, "parent", link="world" if parent < 0 else LINK_NAMES[parent])
     ET.SubElement(joint, "child", link=LINK_NAMES[i])
     ET.SubElement(
-        joint, "origin", xyz=_text(origin[:3, 3]), rpy=_text(_roll_pitch_yaw(origin[:3, :3]))
+        joint, "origin", xyz=numbers(origin[:3, 3]), rpy=numbers(roll_pitch_yaw(origin[:3, :3]))
     )
     ET.SubElement(joint, "axis", xyz="0 0 1")
     ET.SubElement(joint, "limit", limits)
@@ -103,20 +115,21 @@ def _limits(body: Links) -> list[dict[str, str]]:
     """Return the limits of all joints: effort 0 without a muscle; URDF demands a velocity."""
     strength = np.abs(torque_limits(body.subject)).max(axis=0)
     efforts = np.where(np.isfinite(strength), strength, 0.0)
-    texts = ([_text([x]) for x in each] for each in (*position_limits(), efforts))
+    texts = ([numbers([x]) for x in each] for each in (*position_limits(), efforts))
     return [
         {"lower": lower, "upper": upper, "effort": effort, "velocity": "100.0"}  # none is known
         for lower, upper, effort in zip(*texts, strict=True)
     ]
 
 
-def _add_fixed(robot: ET.Element, name: str, parent: str, origin: FloatArray) -> ET.Element:
+def add_fixed(robot: ET.Element, name: str, parent: str, origin: FloatArray) -> ET.Element:
+    """Add a link without mass at a place (4, 4) in another one, and return it."""
     link = ET.SubElement(robot, "link", name=name)
     joint = ET.SubElement(robot, "joint", name=f"fixed_{name}", type="fixed")
     ET.SubElement(joint, "parent", link=parent)
     ET.SubElement(joint, "child", link=name)
     ET.SubElement(
-        joint, "origin", xyz=_text(origin[:3, 3]), rpy=_text(_roll_pitch_yaw(origin[:3, :3]))
+        joint, "origin", xyz=numbers(origin[:3, 3]), rpy=numbers(roll_pitch_yaw(origin[:3, :3]))
     )
     return link
 
@@ -127,31 +140,13 @@ def _add_backpack(robot: ET.Element, body: Links, to_dh: FloatArray) -> None:
     turn = anatomical_to_link(body.table)[thorax]
     origin = turn.copy()
     origin[:3, 3] = body.load_com
-    link = _add_fixed(robot, "backpack", LINK_NAMES[thorax], constant(to_dh[thorax] @ origin))
+    link = add_fixed(robot, "backpack", LINK_NAMES[thorax], constant(to_dh[thorax] @ origin))
     inertia = turn[:3, :3].T @ body.load_inertia @ turn[:3, :3]
     if body.load.model == "rigid":
-        _add_inertial(link, body.load.mass, np.zeros(3), inertia)
+        add_inertial(link, body.load.mass, np.zeros(3), inertia)
     visual = ET.SubElement(link, "visual")
-    ET.SubElement(ET.SubElement(visual, "geometry"), "box", size=_text(body.load.size))
+    ET.SubElement(ET.SubElement(visual, "geometry"), "box", size=numbers(body.load.size))
     ET.SubElement(visual, "material", name="backpack")
-
-
-def _add_capsules(link: ET.Element, body: Links, i: int, place: FloatArray) -> None:
-    """Draw the segment of link i as in ``data/capsules.csv``, which gives the left side.
-
-    The table is in anatomical axes, whose place (4, 4) is in the link.
-    """
-    segment, side = LINK_NAMES[i][4:], LINK_NAMES[i][-2:]
-    flip = _TO_THE_RIGHT if side == "_r" else np.ones(3)
-    for row in data.rows("capsules"):
-        if row["segment"] == segment.removesuffix("_r").removesuffix("_l"):
-            ends = [flip * _point(row, end, body.measures) for end in "01"]
-            start, stop = (place[:3, :3] @ end + place[:3, 3] for end in ends)
-            _add_capsule(link, (start, stop), body.measures.length(row["radius"]), row["colour"])
-
-
-def _point(row: Mapping[str, str], end: str, measures: Anthropometry) -> FloatArray:
-    return np.array([measures.length(row[axis + end]) for axis in "xyz"])
 
 
 def _add_capsule(
@@ -160,18 +155,20 @@ def _add_capsule(
     along = ends[1] - ends[0]
     rpy = (0.0, np.arctan2(np.hypot(along[0], along[1]), along[2]), np.arctan2(along[1], along[0]))
     cylinder = ET.Element(
-        "cylinder", radius=_text([radius]), length=_text([np.sqrt(along @ along)])
+        "cylinder", radius=numbers([radius]), length=numbers([np.sqrt(along @ along)])
     )
     shapes = [((ends[0] + ends[1]) / 2, rpy, cylinder)]
-    shapes += [(end, (0.0, 0.0, 0.0), ET.Element("sphere", radius=_text([radius]))) for end in ends]
+    shapes += [
+        (end, (0.0, 0.0, 0.0), ET.Element("sphere", radius=numbers([radius]))) for end in ends
+    ]
     for centre, turn, shape in shapes:
         visual = ET.SubElement(link, "visual")
-        ET.SubElement(visual, "origin", xyz=_text(centre), rpy=_text(turn))
+        ET.SubElement(visual, "origin", xyz=numbers(centre), rpy=numbers(turn))
         ET.SubElement(visual, "geometry").append(shape)
         ET.SubElement(visual, "material", name=colour)
 
 
-def _roll_pitch_yaw(R: FloatArray) -> tuple[float, float, float]:
+def roll_pitch_yaw(R: FloatArray) -> tuple[float, float, float]:
     """Return the angles, [rad], of R = Rz(yaw) Ry(pitch) Rx(roll); yaw = 0 if pitch is +-pi/2."""
     level = np.hypot(R[0, 0], R[1, 0])
     pitch = np.arctan2(-R[2, 0], level)
@@ -180,6 +177,6 @@ def _roll_pitch_yaw(R: FloatArray) -> tuple[float, float, float]:
     return float(np.arctan2(R[2, 1], R[2, 2])), float(pitch), float(np.arctan2(R[1, 0], R[0, 0]))
 
 
-def _text(values: npt.ArrayLike) -> str:
+def numbers(values: npt.ArrayLike) -> str:
     """Return numbers that read back exactly."""
     return " ".join(repr(float(value) + 0.0) for value in np.asarray(values).tolist())

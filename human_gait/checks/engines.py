@@ -106,8 +106,8 @@ class Mechanics(Value):
         Angular about the world's origin, then linear.
     wrench : (K, 6) array, [N m], [N]
         Of gravity and the loads, about the world's origin: the rate of the momentum.
-    loads_power : (K,) array, [W]
-        What the loads do.
+    loads_power : (K, n) array, [W]
+        What each of the loads does.
     """
 
     points: FloatArray
@@ -149,7 +149,7 @@ class DrakeEngine:
             energy = plant.CalcKineticEnergy(context) + plant.CalcPotentialEnergy(context)
             momentum = plant.CalcSpatialMomentumInWorldAboutPoint(context, np.zeros(3))
             feet = np.stack([self._contact_points(f) for f in range(2)])
-            power = sum(self._power(load, k) for load in loads)
+            power = [self._power(load, k) for load in loads]
             wrench = self._gravity() + sum(self._wrench(load, k) for load in loads)
             points, velocities = feet[:, :, 0], feet[:, :, 1]
             instants.append((points, velocities, energy, momentum.get_coeffs(), wrench, power))

@@ -16,6 +16,7 @@ SHARES = Claim("moments not shared as the loads", "N m", Kind.GROUND, "17")
 TOES = Claim("toes' share off the pressure", "of the foot", Kind.GROUND)
 ON_GROUND = Claim("pressure not on the ground", "m", Kind.GROUND)
 ZMP_OF_FORCES = Claim("ZMP off that of the forces", "m", Kind.GROUND, "Fig. 5")
+FREE = Claim("pressure of a free foot off the ZMP", "m", Kind.GROUND)
 ZMP = Claim("ZMP outside the foot support region", "m", Kind.INSTANTS, "22")
 PRESSURE = Claim("pressure outside its foot", "m", Kind.INSTANTS)
 SLIDING = Claim("friction needed against sliding", "coefficient", Kind.FRICTION, "Coulomb")
@@ -34,6 +35,7 @@ def ground_checks(plan: ContactPlan, now: Samples) -> list[Check]:
         on_toes(plan, now),
         ON_GROUND.worst(EQUAL, height, now.t),
         ZMP_OF_FORCES.apart(now.zmp, of_forces, now.t),
+        free_pressure(plan, now),
         zmp_inside(plan, now),
         pressure_inside(plan, now),
         sliding_friction(plan, now),
@@ -45,8 +47,18 @@ def in_the_air(plan: ContactPlan, now: Samples) -> Check:
     """Nothing acts on a foot of which no part stands."""
     acting = np.concatenate([now.grf, now.yaw_moment[..., None]], axis=-1)
     acting = np.linalg.norm(acting, axis=-1) / plan.weight  # a metre for the moment's arm
-    flying = ~plan.contact(now.t).any(axis=-1)
-    return IN_THE_AIR.worst(EQUAL, acting * flying, now.t)
+    return IN_THE_AIR.worst(EQUAL, acting * _flying(plan, now), now.t)
+
+
+def free_pressure(plan: ContactPlan, now: Samples) -> Check:
+    """The file puts the pressure of a foot in the air at the ZMP, under the other foot."""
+    apart = np.linalg.norm(now.cop - now.zmp[:, None], axis=-1)
+    return FREE.worst(EQUAL, np.where(_flying(plan, now), apart, 0.0), now.t)
+
+
+def _flying(plan: ContactPlan, now: Samples) -> BoolArray:
+    """Return (K, 2) true for feet of which no part stands."""
+    return np.asarray(~plan.contact(now.t).any(axis=-1))
 
 
 def shared(plan: ContactPlan, now: Samples) -> Check:

@@ -1,4 +1,4 @@
-"""The file and the laws of motion: its numbers belong together, and the body moves by them.
+"""The laws of motion: the body moves by the forces and torques of the file.
 
 Pinocchio, Drake and the paper's recursion each compute the torques that the motion takes under the
 forces of the file (`engines`); Drake, which no solve uses, also tells what momentum and energy do.
@@ -24,13 +24,9 @@ from human_gait.dynamics.inverse_dynamics import FOOT_LINKS
 from human_gait.dynamics.recursive_lagrangian import ExternalLoad
 from human_gait.dynamics.tissues import PassiveJoints
 from human_gait.walk.gait import Gait, Samples, onward
-from human_gait.walk.gait_file import Record, carried_mass
+from human_gait.walk.gait_file import Record
 
-ANGLES = Claim("angles off the splines", "rad, m", Kind.FILE, "28")
-VELOCITIES = Claim("velocities off the splines", "rad/s, m/s", Kind.FILE, "28")
-ACCELERATIONS = Claim("accelerations off the splines", "rad/s2, m/s2", Kind.FILE, "28")
-MASSES = Claim("masses off the body", "of each", Kind.FILE)
-PLANNED = Claim("footholds off the plan", "m", Kind.FILE, "21")
+_ENERGY = "work and energy"
 TORQUES = {
     engine: Claim(f"torques off {engine}'s", "of largest torque", Kind.LAWS, "9")
     for engine in ("Pinocchio", "Drake", "the recursion")
@@ -39,25 +35,14 @@ NEXT_STEP = Claim("next step's torques off Drake's", "of largest torque", Kind.L
 MUSCLES = Claim("muscle torques off the torques", "of largest torque", Kind.LAWS, "18")
 BALANCE = Claim("unbalanced force or moment", "of weight", Kind.LAWS, "17")
 MOMENTUM = Claim("momentum off the impulse", "of weight x T", Kind.TIES, "Newton, Euler")
-ENERGY = Claim("energy off the work", "of work done", Kind.LAWS, "work and energy")
+ENERGY = Claim("energy off joints' and ground's work", "of work done", Kind.LAWS, _ENERGY)
+GROUND_WORK = Claim("work of the ground on standing feet", "of joint work", Kind.WALK, _ENERGY)
 MEAN_FORCE = Claim("mean vertical force against weight", "of weight", Kind.TIES, "Newton")
 
+_ON_FEET = 4
+"""So many loads, the first of them, are the ground's: on rear foot and toes of both feet."""
 
-def file_checks(record: Record) -> list[Check]:
-    """Samples, body and footholds of the file belong to its splines and its scenario."""
-    gait, now = record.gait, record.samples
-    t, start = now.t, now.t[:1]
-    q, v, a = (gait.basis.matrix(t, order) @ gait.control_points for order in range(3))
-    mass = carried_mass(gait.body)
-    scale = np.where(mass > 0.0, mass, 1.0)
-    plan = gait.plan.footholds[None]
-    return [
-        ANGLES.apart(now.q, q, t),
-        VELOCITIES.apart(now.v, v, t),
-        ACCELERATIONS.apart(now.a, a, t),
-        MASSES.apart(record.mass[None] / scale, mass / scale, start),
-        PLANNED.apart(record.footholds[None], plan, start),
-    ]
+_MOST_GROUND_WORK = 0.25  # of the positive work of the joints
 
 
 def dynamics_checks(
@@ -80,6 +65,7 @@ def dynamics_checks(
         balance(gait, now, np.stack(list(torques.values()), axis=1)),
         momentum(gait, now, found),
         energy(now, found),
+        ground_work(now, found),
         mean_force(gait, now),
     ]
 
@@ -129,13 +115,31 @@ def momentum(gait: Gait, now: Samples, found: Mechanics) -> Check:
 
 
 def energy(now: Samples, found: Mechanics) -> Check:
-    """Energy changes by the work of joint torques and loads."""
-    power = found.loads_power + np.sum(now.tau * now.v, axis=1)
+    """Energy changes by the work of joint torques and loads, the ground among them."""
+    power = found.loads_power.sum(axis=1) + np.sum(now.tau * now.v, axis=1)
     steps = np.diff(now.t)
     work = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * steps)])
     gross = float(np.sum(np.abs(power[1:] + power[:-1]) / 2 * steps))
     off = np.abs(found.energy - found.energy[0] - work) / max(gross, 1.0)
     return ENERGY.worst(1e-3, off, now.t)
+
+
+def ground_work(now: Samples, found: Mechanics) -> Check:
+    """The ground does no work on feet that stand: what it does comes from standing points moving.
+
+    In one step, against the positive work of the joints. The check is on the amount; what is said
+    with it has the sign: of the ground on the feet.
+    """
+    power = found.loads_power[:, :_ON_FEET].sum(axis=1)
+    work = float(np.trapezoid(power, now.t))
+    positive = float(np.trapezoid(np.maximum(now.tau * now.v, 0.0).sum(axis=1), now.t))
+    share, at = work / max(positive, 1.0), float(now.t[np.argmax(np.abs(power))])
+    what = (
+        f"{work:+.1f} J a step, {100.0 * share:+.1f} % of {positive:.1f} J of the joints; "
+        f"{power.min():.0f} to {power.max():.0f} W"
+    )
+    value = float(np.nan_to_num(abs(share), nan=np.inf))
+    return GROUND_WORK.found(value, _MOST_GROUND_WORK, at, what)
 
 
 def mean_force(gait: Gait, now: Samples) -> Check:

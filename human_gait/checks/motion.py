@@ -87,7 +87,7 @@ def walk_checks(gait: Gait, now: Samples) -> list[Check]:
     return [
         *within_limits(gait, now),
         pelvis_speed(gait, now),
-        knee(gait, now),
+        *([knee(gait, now)] if gait.scenario.posture.swing_knee == "bent" else []),
         arms(gait, now),
         *periodicity(gait, now),
     ]

@@ -16,7 +16,7 @@ from human_gait.checks.folder import folder_checks
 from human_gait.checks.verification import verify as verify_record
 from human_gait.exceptions import ResultError
 from human_gait.walk.gait import Gait, Samples
-from human_gait.walk.gait_file import Record, folder_of, load_record, make_record
+from human_gait.walk.gait_file import Record, check_splines, folder_of, load_record, make_record
 
 _SHOWN = 10
 _HEAD = ("check", "found", "limit", "unit", "t [s]", "")
@@ -83,10 +83,10 @@ class Checks(list[Check]):
     def _repr_html_(self) -> str:
         head = "".join(f'<th scope="col">{escape(name)}</th>' for name in _HEAD)
         rows = "".join(
-            f'<tr><th scope="row" style="text-align:left">{escape(name)}</th>'
-            + "".join(f"<td>{escape(cell)}</td>" for cell in cells)
+            f'<tr><th scope="row" style="text-align:left">{escape(check.told)}</th>'
+            + "".join(f"<td>{escape(cell)}</td>" for cell in _cells(check)[1:])
             + "</tr>"
-            for name, *cells in map(_cells, self)
+            for check in self
         )
         caption = f"<caption>{escape(self._verdict())}</caption>"
         return f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
@@ -115,7 +115,7 @@ def verify(result: Gait | Record | str | Path) -> Checks:
     Raises
     ------
     ResultError
-        If there is no gait that can be read, or it holds what is not a finite number.
+        If there is no gait that can be read, or it holds what is not a finite number or no splines.
     """
     if isinstance(result, Gait):
         return Checks(verify_record(_finite_record(result)))
@@ -128,7 +128,14 @@ def verify(result: Gait | Record | str | Path) -> Checks:
 
 def _finite_record(gait: Gait) -> Record:
     """Return what a gait claims, as far as the engines can look at it: Drake ends the process."""
+    for name in ("breaks", "control_points"):
+        if not (isinstance(held := getattr(gait, name), np.ndarray) and held.dtype.kind in "fiu"):
+            raise ResultError(f"the {name} of the gait are no array of numbers")
     _refuse_not_finite(gait, "breaks", "control_points")
+    try:
+        check_splines(gait.scenario, gait.breaks, gait.control_points)
+    except (ValueError, IndexError) as error:
+        raise ResultError(f"the gait cannot be checked: {error}") from None
     with np.errstate(all="ignore"):
         record = make_record(gait)
     _refuse_not_finite(record.samples, *(item.name for item in fields(Samples)))
@@ -142,12 +149,15 @@ def _refuse_not_finite(holder: Gait | Samples, *names: str) -> None:
 
 
 def _cells(check: Check) -> tuple[str, ...]:
-    verdict = "ok" if check.passed else "FAIL"
-    found, limit, at = f"{check.value:.2g}", f"{check.limit:g}", f"{check.time:.3f}"
-    return check.name, found, limit, check.unit, at, verdict
+    found, at = f"{check.value:.2g}", f"{check.time:.3f}"
+    return check.name, found, check.shown_limit, check.unit, at, check.verdict
 
 
 def _lines(checks: Iterable[Check]) -> list[str]:
-    rows = [_HEAD, *map(_cells, checks)]
+    shown = list(checks)
+    rows = [_HEAD, *map(_cells, shown)]
     wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(map(str.ljust, row, wide)).rstrip() for row in rows]
+    head, *lines = ["  ".join(map(str.ljust, row, wide)).rstrip() for row in rows]
+    for k, check in reversed(list(enumerate(shown))):
+        lines[k + 1 : k + 1] = [f"  {check.what}"] if check.what else []
+    return [head, *lines]

@@ -17,6 +17,7 @@ from human_gait.arrays import FloatArray
 from human_gait.body.joints import WORLD, SegmentJoint, segment_joints
 from human_gait.body.person import Body
 from human_gait.body.skeleton import PRISMATIC
+from human_gait.export.rules import check_names, check_numbers
 
 Channel = tuple[str, int, float]
 """A channel's name, its degree of freedom, and the sign; the sign of an unused axis is zero."""
@@ -33,6 +34,8 @@ def save_bvh(body: Body, q: FloatArray, rate: float, path: Path) -> None:
     lines += ["MOTION", f"Frames: {len(q)}", f"Frame Time: {1.0 / rate:.12g}"]
     dofs, signs = [dof for _, dof, _ in channels], np.array([sign for _, _, sign in channels])
     values = np.where(PRISMATIC, q, np.rad2deg(q))[:, dofs] * signs + 0.0
+    check_names(path.name, [joint.segment for joint in joints], r"\s{}")
+    check_numbers(path.name, {"MOTION": values})
     lines += [" ".join(f"{x:.10g}" for x in row) for row in values.tolist()]
     path.write_text("\n".join([*lines, ""]), encoding="utf-8")
 

@@ -1,7 +1,8 @@
-"""A marker set on the body, as optical motion capture would see it: TRC and C3D.
+"""A marker set on the body, as optical motion capture would see it, and TRC.
 
-Names and sites are those of the Plug-in Gait full-body set, 39 markers; where they are on the
-segments is in ``data/markers.csv``. Markers are fixed to their segments: there is no skin.
+Names and sites are those of the Plug-in Gait full-body set, 39 markers, and 8 more without which
+the markers would not tell toes, spine and neck; where they are on the segments is in
+``data/markers.csv``. Markers are fixed to their segments: there is no skin.
 """
 
 from __future__ import annotations
@@ -16,10 +17,14 @@ from human_gait.arrays import FloatArray
 from human_gait.body.joints import segment_frames
 from human_gait.body.person import Body
 from human_gait.body.skeleton import SEGMENTS
-from human_gait.export.opensim_format import AXES, to_opensim
+from human_gait.export.notes import Note
+from human_gait.export.opensim_format import to_opensim
+from human_gait.export.rules import check_names, check_numbers, check_times
 from human_gait.values import Value
 
-_MILLIMETRES = 1000.0
+MILLIMETRES = 1000.0
+"""In a metre."""
+
 _TRC_COUNTS = (
     *("DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units"),
     *("OrigDataRate", "OrigDataStartFrame", "OrigNumFrames"),
@@ -69,41 +74,28 @@ def marker_positions(body: Body, q: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("kmij,mj->kmi", on[..., :3, :3], local) + on[..., :3, 3])
 
 
-def save_trc(body: Body, t: FloatArray, q: FloatArray, rate: float, path: Path) -> None:
-    """Write the markers as TRC, in mm and the axes of OpenSim, at t (K,) [s], postures (K, 55)."""
+def save_trc(body: Body, t: FloatArray, q: FloatArray, rate: float, note: Note, path: Path) -> None:
+    """Write the markers as TRC, in mm and the axes of OpenSim, at t (K,) [s], postures (K, 55).
+
+    The format has no place for a note but the end of its first line, behind the name of the file.
+    """
     names = [marker.name for marker in marker_set(body)]
-    places = to_opensim(marker_positions(body, q)).reshape(len(t), -1) * _MILLIMETRES
+    places = to_opensim(marker_positions(body, q)).reshape(len(t), -1) * MILLIMETRES
+    check_names(path.name, names, r"\s")
+    check_numbers(path.name, {"place": places})
     counts = f"{len(t)}\t{len(names)}\tmm\t{rate:g}\t1\t{len(t)}"
     header = [
-        f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
+        "\t".join(["PathFileType", "4", "(X/Y/Z)", path.name, *note.short()]),
         "\t".join(_TRC_COUNTS),
         f"{rate:g}\t{rate:g}\t{counts}",
         "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
         "\t\t" + "\t".join(f"{axis}{i}" for i in range(1, len(names) + 1) for axis in "XYZ"),
         "",
     ]
+    times = [f"{time:.9g}" for time in t.tolist()]
+    check_times(path.name, times)
     rows = [
-        "\t".join([str(k), f"{time:.9g}", *(f"{x:.9g}" for x in row)])
-        for k, (time, row) in enumerate(zip(t.tolist(), places.tolist(), strict=True), start=1)
+        "\t".join([str(k), time, *(f"{x:.9g}" for x in row)])
+        for k, (time, row) in enumerate(zip(times, places.tolist(), strict=True), start=1)
     ]
     path.write_text("\n".join([*header, *rows, ""]), encoding="utf-8")
-
-
-def save_c3d(body: Body, q: FloatArray, rate: float, path: Path) -> None:
-    """Write the markers as C3D, in mm and the axes of OpenSim, at postures (K, 55) `rate` a second.
-
-    C3D numbers are of single precision: 1e-4 mm.
-    """
-    import ezc3d  # noqa: PLC0415, 0.2 s to import
-
-    markers = marker_set(body)
-    places = to_opensim(marker_positions(body, q)) * _MILLIMETRES
-    file = ezc3d.c3d()
-    file["data"]["points"] = np.concatenate([places.T, np.ones((1, len(markers), len(q)))])
-    point = file["parameters"]["POINT"]
-    point["RATE"]["value"], point["UNITS"]["value"] = [rate], ["mm"]
-    point["LABELS"]["value"] = [marker.name for marker in markers]
-    point["DESCRIPTIONS"]["value"] = [f"on {marker.segment}" for marker in markers]
-    file.add_parameter("POINT", "X_SCREEN", [AXES["forward"]])
-    file.add_parameter("POINT", "Y_SCREEN", [AXES["up"]])
-    file.write(str(path))

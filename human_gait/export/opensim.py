@@ -16,11 +16,11 @@ import numpy.typing as npt
 from human_gait.arrays import FloatArray
 from human_gait.body.anthropometry import symmetric_inertia
 from human_gait.body.joints import WORLD, SegmentJoint, segment_joints
-from human_gait.body.limits import position_limits
 from human_gait.body.links import GRAVITY
 from human_gait.body.person import Body
 from human_gait.body.skeleton import DOF_NAMES, PRISMATIC
 from human_gait.export.markers import marker_set
+from human_gait.export.notes import Note
 from human_gait.export.opensim_format import (
     add,
     add_objects,
@@ -30,13 +30,14 @@ from human_gait.export.opensim_format import (
     write_xml,
 )
 from human_gait.export.opensim_shapes import add_box, add_capsules
+from human_gait.export.ranges import JointRanges
 
 _KINDS = ("rotation", "translation")
 
 
-def save_model(body: Body, path: Path) -> None:
-    """Write a body as OpenSim model: segments, joints, markers, the load."""
-    root = document()
+def save_model(body: Body, ranges: JointRanges, note: Note, path: Path) -> None:
+    """Write a body as OpenSim model: segments, joints with their ranges, markers, the load."""
+    root = document(note, ranges.of_position)
     model = ET.SubElement(root, "Model", name="human")
     add(model, "gravity", to_opensim(GRAVITY))
     add(model, "length_units", "m")
@@ -47,7 +48,7 @@ def save_model(body: Body, path: Path) -> None:
         segment = body.measures.segments[joint.segment]
         element = _add_body(bodies, joint.segment, segment.mass, segment.com, segment.inertia)
         add_capsules(element, joint.segment, body.measures)
-        _add_joint(joints, joint)
+        _add_joint(joints, joint, ranges)
     _add_load(model, bodies, joints, body)
     _add_markers(model, body)
     write_xml(root, path)
@@ -65,15 +66,17 @@ def _add_body(
     return element
 
 
-def _add_joint(joints: ET.Element, joint: SegmentJoint) -> None:
+def _add_joint(joints: ET.Element, joint: SegmentJoint, ranges: JointRanges) -> None:
+    """Add a joint; what is held in its place is locked, where it rests is within its range."""
     element = ET.SubElement(joints, "CustomJoint", name=f"{joint.segment}_joint")
     _add_sockets(element, joint.parent, joint.segment, joint.offset)
     coordinates = ET.SubElement(element, "coordinates")
-    lower, upper = position_limits()
     for i in joint.dofs:
         coordinate = ET.SubElement(coordinates, "Coordinate", name=DOF_NAMES[i])
-        add(coordinate, "default_value", 0.0)
-        add(coordinate, "range", [lower[i], upper[i]])
+        lower, upper = ranges.lower[i], ranges.upper[i]
+        add(coordinate, "default_value", float(np.clip(0.0, lower, upper)))
+        add(coordinate, "range", [lower, upper])
+        add(coordinate, "locked", "true" if ranges.held[i] else "false")
     _add_transform(element, joint)
 
 

@@ -8,13 +8,14 @@ the axes of segments, of forces and of markers, in all files for OpenSim and in 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from human_gait.arrays import FloatArray
+from human_gait.export.notes import Note
 
 TURN: FloatArray = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 """(3, 3) rotation from the axes here to those of OpenSim."""
@@ -38,9 +39,11 @@ def numbers(values: npt.ArrayLike) -> str:
     return " ".join(map(repr, np.ravel(np.asarray(values, dtype=np.float64)).tolist()))
 
 
-def document() -> ET.Element:
-    """Return the empty root of a file of OpenSim 4.0, which later versions read, too."""
-    return ET.Element("OpenSimDocument", Version="40000")
+def document(note: Note, words: Iterable[str] = ()) -> ET.Element:
+    """Return the root of a file of OpenSim 4.0, which later versions read, too, with a comment."""
+    root = ET.Element("OpenSimDocument", Version="40000")
+    root.append(ET.Comment(note.xml(words)))
+    return root
 
 
 def add_objects(parent: ET.Element, kind: str, name: str) -> ET.Element:

@@ -8,28 +8,22 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.body.anthropometry import Anthropometry
+from human_gait.body.figure import capsules
 from human_gait.body.urdf import COLOURS
 from human_gait.export.opensim_format import numbers, to_opensim
-
-_TO_THE_RIGHT = np.array([-1.0, 1.0, 1.0])
 
 
 def add_capsules(body: ET.Element, segment: str, measures: Anthropometry) -> None:
     """Add the shapes of a segment to its body: a cylinder with balls at both ends for each."""
-    flip = _TO_THE_RIGHT if segment.endswith("_r") else np.ones(3)
     components = ET.SubElement(body, "components")
-    kind = segment.removesuffix("_r").removesuffix("_l")
-    rows = [row for row in data.rows("capsules") if row["segment"] == kind]
-    for number, row in enumerate(rows, start=1):
-        ends = [
-            to_opensim(flip * [measures.length(row[axis + end]) for axis in "xyz"]) for end in "01"
-        ]
-        radius, along = measures.length(row["radius"]), ends[1] - ends[0]
+    drawn = [capsule for capsule in capsules(measures) if capsule.segment == segment]
+    for number, capsule in enumerate(drawn, start=1):
+        ends = [to_opensim(end) for end in capsule.ends]
+        radius, along = capsule.radius, ends[1] - ends[0]
         half = float(np.sqrt(along @ along)) / 2
-        name, colour = f"{segment}_shape{number}", row["colour"]
+        name, colour = f"{segment}_shape{number}", capsule.colour
         size = {"radius": radius, "half_height": half}
         middle, turn = (ends[0] + ends[1]) / 2, _from_y(along)
         _add_shape(components, (f"{name}_side", "Cylinder", colour), (middle, turn), size)

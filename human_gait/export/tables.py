@@ -5,13 +5,14 @@ Names and axes (x left, y up, z forward) are those of ``gait.npz``; units end th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import DOF_NAMES, PRISMATIC, SIDES_IN_WORDS
+from human_gait.export.rules import check_names, check_numbers
 from human_gait.walk.gait import Samples
 
 _N_GLOBAL = 6
@@ -44,20 +45,25 @@ def save_ground_reaction(now: Samples, path: Path) -> None:
 
     Where a foot carries nothing its centre of pressure is left empty.
     """
-    columns = {"time_s": now.t}
+    columns, gaps = {"time_s": now.t}, list[str]()
     for f, side in enumerate(SIDES_IN_WORDS):
         loaded = now.grf[:, f].any(axis=1, keepdims=True)
         place = np.where(loaded, now.cop[:, f], np.nan)
         columns |= {f"{side}_force_{x}_N": now.grf[:, f, i] for i, x in enumerate("xyz")}
-        columns |= {f"{side}_pressure_{x}_m": place[:, i] for i, x in ((0, "x"), (2, "z"))}
+        pressure = {f"{side}_pressure_{x}_m": place[:, i] for i, x in ((0, "x"), (2, "z"))}
+        columns |= pressure
+        gaps += pressure
         columns[f"{side}_free_moment_y_Nm"] = now.yaw_moment[:, f]
         columns[f"{side}_share_on_toes"] = now.toe_share[:, f]
     columns |= {f"zmp_{x}_m": now.zmp[:, i] for i, x in ((0, "x"), (2, "z"))}
-    save_csv(columns, path)
+    save_csv(columns, path, gaps)
 
 
-def save_csv(columns: Mapping[str, FloatArray], path: Path) -> None:
-    """Write columns (K,) below their names, to 12 digits; what is no number is left empty."""
+def save_csv(columns: Mapping[str, FloatArray], path: Path, gaps: Collection[str] = ()) -> None:
+    """Write columns (K,) below their names, to 12 digits; NaN is left empty where gaps may be."""
+    check_names(path.name, columns, r'\s,"')
+    known = {name: np.where(np.isnan(x), 0.0, x) for name, x in columns.items() if name in gaps}
+    check_numbers(path.name, {**columns, **known})
     table = np.column_stack(list(columns.values())) + 0.0  # no -0
     rows = [",".join("" if np.isnan(x) else f"{x:.12g}" for x in row) for row in table.tolist()]
     path.write_text("\n".join([",".join(columns), *rows, ""]), encoding="utf-8")

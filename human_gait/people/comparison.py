@@ -9,7 +9,6 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from human_gait.exceptions import ResultError
@@ -17,14 +16,15 @@ from human_gait.people.comparison_table import comparison_table
 from human_gait.people.pictures import compare_figure
 from human_gait.people.reference import Cycle, Reference, Score, references_near, scores
 from human_gait.people.spatiotemporal import StepScore, step_scores
-from human_gait.results.folder import whole_file
 from human_gait.results.names import (
     COMPARISON,
     COMPARISON_CSV,
     COMPARISON_JSON,
     COMPARISON_PNG,
 )
+from human_gait.results.ours import check_free, our_folder
 from human_gait.results.sealed import digest_of, write_json
+from human_gait.terminal import screen
 from human_gait.values import Value
 from human_gait.walk.belonging import own_gait
 from human_gait.walk.described import gait_digest, no_walk
@@ -62,7 +62,7 @@ class Comparison(Value):
     gait: str = ""
 
     def __str__(self) -> str:
-        console = Console(width=_WIDTH, color_system=None, force_terminal=False, file=StringIO())
+        console = screen(width=_WIDTH, color_system=None, force_terminal=False, file=StringIO())
         with console.capture() as shown:
             console.print(comparison_table(self))
         return "\n".join(line.rstrip() for line in shown.get().splitlines())
@@ -159,17 +159,16 @@ def compare_cycle(cycle: Cycle, speed: float, step_length: float, source: str) -
 
 
 def save_comparison(comparison: Comparison, folder: str | Path) -> None:
-    """Write ``compare.json``, ``compare.csv`` and ``compare.png`` into a folder."""
+    """Write ``compare.json``, ``compare.csv`` and ``compare.png`` into a folder, all or none."""
     folder = Path(folder)
+    check_free(folder, COMPARISON)
     figure = compare_figure(comparison.cycle, comparison.references, comparison.no_walk)
     table = _csv(comparison).encode()
-    with whole_file(folder / COMPARISON_JSON) as path:
-        content = _plain(comparison) | {"files": {COMPARISON_CSV: digest_of(table)}}
-        write_json(path, content, comparison.gait)
-    with whole_file(folder / COMPARISON_CSV) as path:
-        path.write_bytes(table)
-    with whole_file(folder / COMPARISON_PNG) as path:
-        figure.savefig(path, dpi=130, metadata={"gait": comparison.gait})
+    content = _plain(comparison) | {"files": {COMPARISON_CSV: digest_of(table)}}
+    with our_folder(folder, solved=False) as new:
+        write_json(new / COMPARISON_JSON, content, comparison.gait)
+        (new / COMPARISON_CSV).write_bytes(table)
+        (new / COMPARISON_PNG).write_bytes(figure.png({"gait": comparison.gait}))
 
 
 def _plain(comparison: Comparison) -> dict[str, Any]:

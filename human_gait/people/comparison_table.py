@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 _COLUMNS = (
     "r",
     "RMSE",
-    "means\nout",
+    "no\noffset",
     "predicted\nrange",
     "measured\nrange",
     "peak\n[%]",
     "in 1, 2\nSD [%]",
 )
 _UNITS = (
-    "Angles in deg, moments in N m/kg, forces in BW. RMSE as it is and with the means taken out; "
+    "Angles in deg, moments in N m/kg, forces in BW. RMSE as it is and without a constant offset; "
     "time of the peak, predicted and measured; share of the time within 1 and 2 SD of the mean."
 )
 

@@ -3,18 +3,17 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from human_gait.arrays import FloatArray
+from human_gait.canvas import Artist, Axes, Picture, plain
 from human_gait.people.reference import Cycle, MeasuredCurve, Reference, Score, scores, stance
 from human_gait.walk.gait_cycle import label_and_unit
 
+_DPI = 130
 PREDICTED = "#D55E00"
 _WARNING = "#B00020"
-_MEASURED = (("#0072B2", "--"), ("#009E73", "-."), ("#CC79A7", ":"))
-"""Colours of Okabe and Ito (safe for the colour-blind) and line styles, by reference."""
+_MEASURED = (("#0072B2", "--"), ("#00795A", "-."), ("#A94E86", ":"))
+"""Colours of Okabe and Ito (safe for the colour-blind), dark enough to be read, and styles."""
 
 PANELS = (
     ("pelvis_tilt_anterior_deg", "pelvis_obliquity_up_deg", "pelvis_rotation_internal_deg"),
@@ -26,7 +25,8 @@ PANELS = (
 )
 
 
-def compare_figure(cycle: Cycle, measured: Sequence[Reference], warning: str = "") -> Figure:
+@plain()
+def compare_figure(cycle: Cycle, measured: Sequence[Reference], warning: str = "") -> Picture:
     """Draw every column of a gait cycle over the measured mean and its SD.
 
     Parameters
@@ -42,7 +42,7 @@ def compare_figure(cycle: Cycle, measured: Sequence[Reference], warning: str = "
     ResultError
         If one covers stance only and the foot never stands.
     """
-    figure = Figure(figsize=(10.5, 14.5), layout="constrained")
+    figure = Picture(10.5, 14.5, _DPI, "constrained")
     axes = figure.subplots(len(PANELS), len(PANELS[0]), sharex=True)
     r = {(s.reference, s.curve): s for source in measured for s in scores(cycle, source)}
     for ax, column in zip(axes.flat, (name for row in PANELS for name in row), strict=True):
@@ -56,7 +56,7 @@ def compare_figure(cycle: Cycle, measured: Sequence[Reference], warning: str = "
     return figure
 
 
-def warn_on(figure: Figure, warning: str) -> None:
+def warn_on(figure: Picture, warning: str) -> None:
     """Write above a figure what is wrong with its walk, if anything is."""
     if not warning:
         return
@@ -111,7 +111,7 @@ def _correlations(
             right -= 0.22
 
 
-def _legend(figure: Figure, axes: Iterable[Axes]) -> None:
+def _legend(figure: Picture, axes: Iterable[Axes]) -> None:
     """Name each line once, above all panels."""
     entries: dict[str, Artist] = {}
     for ax in axes:

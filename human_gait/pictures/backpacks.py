@@ -9,20 +9,18 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Polygon
 
 from human_gait.arrays import FloatArray
 from human_gait.body import dh
 from human_gait.body.links import anatomical_to_link
 from human_gait.body.person import Body
 from human_gait.body.skeleton import GRAVITY, SEGMENTS, index
+from human_gait.canvas import Axes, Line2D, Patch, Picture, Polygon, plain
 from human_gait.pictures.sticks import draw_sticks, project, side_style, stick_figures
 from human_gait.pictures.style import (
     BLACK,
     CYCLE_LABEL,
+    STYLE,
     mark_phases,
     name_phases,
     new_figure,
@@ -51,7 +49,8 @@ _PACK_FACES = np.array(
 )
 
 
-def backpack_postures(*gaits: Gait) -> Figure:
+@plain(STYLE)
+def backpack_postures(*gaits: Gait) -> Picture:
     """Return one panel for each load, stick figures at the same instants of a step (Fig. 9)."""
     figure = new_figure(9.6, 3.4)
     panels = figure.subplots(1, len(gaits), sharex=True, sharey=True)
@@ -123,7 +122,8 @@ def load_label(gait: Gait) -> str:
     return f"{mass / _POUND:.0f} lb ({mass:.1f} kg)"
 
 
-def vertical_forces(*gaits: Gait) -> Figure:
+@plain(STYLE)
+def vertical_forces(*gaits: Gait) -> Picture:
     """Return the vertical ground reaction of the right foot and of both, by load (Fig. 10)."""
     figure = new_figure(6.4, 6.0)
     panels = figure.subplots(2, 1, sharex=True)
@@ -152,7 +152,8 @@ def _weight(gait: Gait) -> float:
     return gait.body.subject.mass * GRAVITY
 
 
-def knee_torques(*gaits: Gait) -> Figure:
+@plain(STYLE)
+def knee_torques(*gaits: Gait) -> Picture:
     """Return the torque of the right knee over the gait cycle, by load (Fig. 11)."""
     figure = new_figure(6.4, 4.0)
     ax = figure.subplots()
@@ -172,7 +173,7 @@ def _draw_by_load(ax: Axes, gaits: Sequence[Gait], curves: Sequence[FloatArray])
         ax.plot(PERCENT, curve, label=load_label(gait), **style)
 
 
-def _load_legend(figure: Figure, ax: Axes) -> None:
+def _load_legend(figure: Picture, ax: Axes) -> None:
     """Name the loads above the figure, clear of the curves."""
     handles, labels = ax.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=3, handlelength=3.0)

@@ -6,18 +6,26 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import GRAVITY
-from human_gait.pictures.style import FOOT_COLOURS, FOOT_NAMES, SHADE, SUPPORT, ZMP, new_figure
+from human_gait.canvas import Axes, Picture, plain
+from human_gait.pictures.style import (
+    FOOT_COLOURS,
+    FOOT_NAMES,
+    SHADE,
+    STYLE,
+    SUPPORT,
+    ZMP,
+    new_figure,
+)
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait, Samples
 
 
-def zmp(gait: Gait) -> Figure:
+@plain(STYLE)
+def zmp(gait: Gait) -> Picture:
     """Return the ZMP and each foot's centre of pressure on the footprints of one stride."""
     figure = new_figure(9.6, 2.7)
     ax = figure.subplots()

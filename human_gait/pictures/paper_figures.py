@@ -7,10 +7,7 @@ from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
-import matplotlib as mpl
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-
+from human_gait.canvas import SOURCE, Axes, Picture, plain
 from human_gait.exceptions import ResultError
 from human_gait.people.pictures import draw_column, warn_on
 from human_gait.people.reference import references, scores
@@ -22,9 +19,9 @@ from human_gait.pictures.backpacks import (
 )
 from human_gait.pictures.plots import joint_torques
 from human_gait.pictures.sticks import stick_diagram
-from human_gait.pictures.style import DPI, STYLE, new_figure
-from human_gait.results.folder import whole_file
+from human_gait.pictures.style import STYLE, new_figure
 from human_gait.results.names import GAIT_FILE, SUMMARY
+from human_gait.results.ours import our_folder
 from human_gait.results.reading import read_json
 from human_gait.scenario import Load, Scenario
 from human_gait.walk.belonging import own_gait
@@ -61,23 +58,23 @@ def save_figures(results: str | Path, folder: str | Path) -> list[Path]:
     Raises
     ------
     ResultError
-        If a result is missing or cannot be read; nothing is written then.
+        If a result is missing or cannot be read, or the files cannot be written: none is then.
     """
     gaits, target = load_results(results), Path(folder)
-    drawn: dict[Path, bytes] = {}  # all first: what fails leaves the old as they were
+    drawn: dict[str, bytes] = {}
     for name, (draw, needed) in FIGURES.items():
-        with mpl.rc_context(STYLE | _SVG):
-            walks = [gaits[result] for result in needed]
-            figure, png, svg = draw(*walks), BytesIO(), BytesIO()
+        walks = [gaits[result] for result in needed]
+        digests = " ".join(map(gait_digest, walks))
+        with plain(_SVG):
+            figure, svg = draw(*walks), BytesIO()
             warn_on(figure, next(filter(None, map(no_walk, walks)), ""))
-            digests = " ".join(map(gait_digest, walks))
-            figure.savefig(png, format="png", dpi=DPI, metadata={"gait": digests})
-            figure.savefig(svg, format="svg", metadata={"Date": None, "Identifier": digests})
-        drawn |= {target / f"{name}.png": png.getvalue(), target / f"{name}.svg": svg.getvalue()}
-    for path, content in drawn.items():
-        with whole_file(path) as new:
-            new.write_bytes(content)
-    return list(drawn)
+            about = {"Date": None, "Source": SOURCE, "Identifier": digests}
+            figure.savefig(svg, format="svg", metadata=about)
+        drawn |= {f"{name}.png": figure.png({"gait": digests}), f"{name}.svg": svg.getvalue()}
+    with our_folder(target, solved=False) as new:
+        for name, content in drawn.items():
+            (new / name).write_bytes(content)
+    return [target / name for name in drawn]
 
 
 def failed_results(results: str | Path) -> list[Path]:
@@ -117,7 +114,8 @@ def _walk(gait: Gait) -> Scenario:
     return replace(gait.scenario, name="any", load=Load())
 
 
-def validation(gait: Gait) -> Figure:
+@plain(STYLE)
+def validation(gait: Gait) -> Picture:
     """Return knee and ankle angle over measured means and standard deviations (Fig. 12)."""
     cycle, figure = gait_cycle(gait), new_figure(9.6, 4.2)
     measured = [source for source in references() if not source.stance_only]
@@ -145,7 +143,7 @@ def _legend_with_r(ax: Axes, r: Sequence[float], speed: float) -> None:
     ax.legend([predicted, *bands], names, loc="lower left", bbox_to_anchor=(0.0, 1.08))
 
 
-FIGURES: Mapping[str, tuple[Callable[..., Figure], tuple[str, ...]]] = {
+FIGURES: Mapping[str, tuple[Callable[..., Picture], tuple[str, ...]]] = {
     "fig07_stick_diagram": (stick_diagram, ("normal",)),
     "fig08_joint_torques": (joint_torques, ("normal",)),
     "fig09_backpack_postures": (backpack_postures, _BACKPACKS),

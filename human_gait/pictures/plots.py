@@ -10,21 +10,17 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import GRAVITY
+from human_gait.canvas import Line2D, Patch, Picture, plain
 from human_gait.people.pictures import warn_on
 from human_gait.pictures.footprints import zmp
 from human_gait.pictures.sticks import stick_diagram
 from human_gait.pictures.style import (
     BLACK,
     CYCLE_LABEL,
-    DPI,
     FOOT_COLOURS,
     FOOT_NAMES,
     FOOT_STYLES,
@@ -37,7 +33,7 @@ from human_gait.pictures.style import (
     second_scale,
     widen,
 )
-from human_gait.results.folder import whole_file
+from human_gait.results.ours import our_folder
 from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait_cycle import gait_cycle
 
@@ -69,18 +65,14 @@ _FORCES = {
 
 
 def save_plots(gait: Gait, folder: str | Path) -> None:
-    """Write all pictures of a walk into a folder, as PNG."""
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    for name, draw in PLOTS.items():
-        with mpl.rc_context(STYLE):
-            figure = draw(gait)
-            warn_on(figure, no_walk(gait))
-            with whole_file(target / f"{name}.png") as path:
-                figure.savefig(path, dpi=DPI, metadata={"gait": gait_digest(gait)})
+    """Write all pictures of a walk into a folder, as PNG: all of them or none."""
+    with our_folder(Path(folder), solved=False) as new:
+        for name in PLOTS:
+            (new / f"{name}.png").write_bytes(plot(gait, name).png({"gait": gait_digest(gait)}))
 
 
-def joint_torques(gait: Gait) -> Figure:
+@plain(STYLE)
+def joint_torques(gait: Gait) -> Picture:
     """Return the torques of the right hip, knee and ankle over the gait cycle (Fig. 8)."""
     columns, mass = gait_cycle(gait), gait.body.subject.mass
     figure = new_figure(6.4, 6.6)
@@ -96,7 +88,8 @@ def joint_torques(gait: Gait) -> Figure:
     return figure
 
 
-def joint_angles(gait: Gait) -> Figure:
+@plain(STYLE)
+def joint_angles(gait: Gait) -> Picture:
     """Return the angles of pelvis, trunk and the right limbs over the gait cycle."""
     columns = gait_cycle(gait)
     figure = new_figure(9.6, 6.8)
@@ -121,7 +114,8 @@ def _phase_handles() -> list[Any]:
     ]
 
 
-def ground_reaction(gait: Gait) -> Figure:
+@plain(STYLE)
+def ground_reaction(gait: Gait) -> Picture:
     """Return the vertical and the fore-aft ground reaction force of each foot."""
     columns, weight = gait_cycle(gait), gait.body.subject.mass * GRAVITY
     figure = new_figure(6.4, 5.4)
@@ -145,7 +139,7 @@ def half_a_cycle_later(values: FloatArray) -> FloatArray:
     return np.append(np.roll(values[:-1], len(values) // 2), values[len(values) // 2])
 
 
-PLOTS: Mapping[str, Callable[[Gait], Figure]] = {
+PLOTS: Mapping[str, Callable[[Gait], Picture]] = {
     "stick_diagram": stick_diagram,
     "joint_torques": joint_torques,
     "joint_angles": joint_angles,
@@ -155,7 +149,7 @@ PLOTS: Mapping[str, Callable[[Gait], Figure]] = {
 """The pictures by the names of their files."""
 
 
-def plot(gait: Gait, name: str) -> Figure:
+def plot(gait: Gait, name: str) -> Picture:
     """Return a picture of a walk by its name.
 
     Raises
@@ -165,7 +159,7 @@ def plot(gait: Gait, name: str) -> Figure:
     """
     if name not in PLOTS:
         raise ValueError(f"no picture is called {name!r}: choose from {', '.join(PLOTS)}")
-    with mpl.rc_context(STYLE):
+    with plain(STYLE):
         figure = PLOTS[name](gait)
         warn_on(figure, no_walk(gait))
         return figure

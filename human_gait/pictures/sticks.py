@@ -6,16 +6,13 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
 
 from human_gait.arrays import FloatArray
 from human_gait.body import dh
 from human_gait.body.skeleton import index
+from human_gait.canvas import Axes, Circle, Line2D, Picture, plain
 from human_gait.pictures.footprints import draw_footprints
-from human_gait.pictures.style import BLACK, LEFT, RIGHT, ZMP, new_figure
+from human_gait.pictures.style import BLACK, LEFT, RIGHT, STYLE, ZMP, new_figure
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait, Samples
@@ -36,7 +33,8 @@ _HIPS = ("hip_abduction_l", "pelvis_ry", "hip_abduction_r")
 _SHOULDERS = ("shoulder_abduction_l", "neck_lower_flexion", "shoulder_abduction_r")
 
 
-def stick_diagram(gait: Gait) -> Figure:
+@plain(STYLE)
+def stick_diagram(gait: Gait) -> Picture:
     """Return stick figures of one stride at even intervals; square dots are the ZMP (Fig. 7)."""
     times = np.linspace(0.0, 2 * gait.step_time, _STICK_INSTANTS)
     instants = gait.instants(times)

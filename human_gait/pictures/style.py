@@ -6,14 +6,11 @@ apart.
 
 from __future__ import annotations
 
-from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+
+from human_gait.canvas import Axes, Picture
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
@@ -37,21 +34,9 @@ STYLE: Any = {
 CYCLE_LABEL = "gait cycle from right heel strike [%]"
 
 
-class Picture(Figure):
-    """A figure that a notebook shows, without pyplot and whatever the settings of matplotlib."""
-
-    def _repr_png_(self) -> bytes:
-        png = BytesIO()
-        with mpl.rc_context(STYLE):
-            self.savefig(png, format="png", dpi=DPI)
-        return png.getvalue()
-
-
-def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure, [inch], that does not know pyplot."""
-    figure = Picture(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
+def new_figure(width: float, height: float) -> Picture:
+    """Return an empty figure, [inch], to be filled in `STYLE`."""
+    return Picture(width, height, DPI, "constrained")
 
 
 def _events(gait: Gait) -> tuple[float, ...]:

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -24,18 +23,11 @@ from meshcat.geometry import (
     MeshLambertMaterial,
     TriangularMeshGeometry,
 )
-from scipy.spatial import ConvexHull
 
-from human_gait.arrays import FloatArray, IntArray
+from human_gait.arrays import FloatArray
+from human_gait.playback.shapes import Mesh
 
 _UUID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
-COLOURS = {  # of a scene; the feet: two of Okabe and Ito's
-    "right": 0xD55E00,
-    "left": 0x0072B2,
-    "zmp": 0xE3008C,
-    "support": 0xF0C000,
-}
-
 _TRACK_TYPES = {
     "position": "vector3",
     "scale": "vector3",
@@ -96,60 +88,9 @@ def sheer(colour: int, opacity: float) -> MeshBasicMaterial:
     return MeshBasicMaterial(color=colour, transparent=True, opacity=opacity, depthWrite=False)
 
 
-def flat(polygons: Iterable[FloatArray], height: float) -> Geometry:
-    """Return convex polygons, (n, 2) of x and z [m], that lie at one height."""
-    vertices: list[FloatArray] = []
-    faces: list[list[int]] = []
-    for corners in polygons:
-        first, n = len(vertices), len(corners)
-        vertices += [np.array([x, height, z]) for x, z in corners]
-        faces += [[first, first + i, first + i + 1] for i in range(1, n - 1)]
-    return TriangularMeshGeometry(vertices, faces)
-
-
-def rounded(centres: FloatArray, radii: npt.ArrayLike, points_each: int = 300) -> Geometry:
-    """Return the convex hull of balls: their centres (n, 3) and radii (n,) or one for all, [m]."""
-    size = np.broadcast_to(np.asarray(radii, dtype=float), len(centres))
-    points = (centres[:, None] + size[:, None, None] * _unit_sphere(points_each)).reshape(-1, 3)
-    hull = ConvexHull(points)
-    faces = np.searchsorted(np.sort(hull.vertices), hull.simplices)
-    return TriangularMeshGeometry(points[np.sort(hull.vertices)], _outward(hull, faces))
-
-
-def _outward(hull: ConvexHull, faces: IntArray) -> IntArray:
-    """Return the faces of a hull with corners that turn counter-clockwise seen from outside."""
-    a, b, c = (hull.points[hull.simplices[:, k]] for k in range(3))
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
-    return np.where(inward[:, None], faces[:, ::-1], faces)
-
-
-@cache
-def _unit_sphere(n: int) -> FloatArray:
-    """Return n points spread evenly over the unit sphere, along a spiral of golden angles."""
-    height = 1 - (2 * np.arange(n) + 1) / n
-    turn = np.pi * (3 - np.sqrt(5)) * np.arange(n)
-    ring = np.sqrt(1 - height**2)
-    return np.stack([ring * np.cos(turn), height, ring * np.sin(turn)], axis=1)
-
-
-def band(loop: FloatArray, axis: FloatArray, half_width: float, half_thickness: float) -> Geometry:
-    """Return a closed band around a loop (n, 3) in a plane with the unit normal `axis`, [m]."""
-    n = len(loop)
-    tangent = np.roll(loop, -1, axis=0) - np.roll(loop, 1, axis=0)
-    outward = np.cross(tangent, axis)
-    outward *= half_thickness / np.linalg.norm(outward, axis=1, keepdims=True)
-    if np.sum(outward * (loop - loop.mean(axis=0))) < 0:
-        outward = -outward
-    side = half_width * axis
-    corners = [outward - side, outward + side, -outward + side, -outward - side]
-    here, there = np.arange(n), (np.arange(n) + 1) % n
-    faces = []
-    for k in range(4):
-        a, b, c, d = (r % 4 * n + i for r in (k, k + 1) for i in (here, there))
-        faces += [np.stack([a, b, d], axis=1), np.stack([a, d, c], axis=1)]
-    points, turned = np.concatenate([loop + corner for corner in corners]), np.concatenate(faces)
-    volume = np.linalg.det(points[turned] - points.mean(axis=0)).sum()
-    return TriangularMeshGeometry(points, turned if volume > 0 else turned[:, ::-1])
+def geometry(mesh: Mesh) -> Geometry:
+    """Return a surface as MeshCat takes it."""
+    return TriangularMeshGeometry(mesh.vertices, mesh.faces)
 
 
 def add_track(

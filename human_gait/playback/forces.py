@@ -12,13 +12,11 @@ from meshcat.geometry import Cylinder
 
 from human_gait.arrays import FloatArray, IntArray
 from human_gait.body.skeleton import GRAVITY, SIDES_IN_WORDS
-from human_gait.playback.drawing import COLOURS, add_track, glowing
+from human_gait.playback.drawing import add_track, glowing
+from human_gait.playback.looks import ARROW_LENGTH, COLOURS
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait, Samples
-
-ARROW_LENGTH = 0.45
-"""Length of the arrow of a force of one body weight, of the stature."""
 
 ARROW_HEAD = 0.04
 """Length of its head, of the stature; a short arrow is smaller all over."""

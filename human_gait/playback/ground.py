@@ -12,12 +12,13 @@ from meshcat.animation import Animation
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import SIDES_IN_WORDS
-from human_gait.playback.drawing import COLOURS, add_track, flat, matte, sheer
+from human_gait.playback.drawing import add_track, geometry, matte, sheer
+from human_gait.playback.looks import COLOURS, FOOTHOLDS
+from human_gait.playback.shapes import flat
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
 
-FOOTHOLDS = {"right": 0xEBAF80, "left": 0x7DB4D4}
 _GROUND, _TILE = 0xDDDAD3, 0xD1CDC4
 _STRIDES_OF_GROUND = 12  # before and behind the walker
 _TILES_ACROSS = 21  # odd: a tile in the middle
@@ -28,13 +29,14 @@ def draw_ground(path: Visualizer, gait: Gait) -> None:
     """Draw the ground, tiles as long as a step and the footholds of many strides."""
     repeats = _ahead(gait)
     plane, tiles = path["ground/plane"], path["ground/tiles"]
-    plane.set_object(flat([_rectangle(0.0, 0.0, 160.0, 160.0)], -2 * _LAYER), matte(_GROUND))
-    tiles.set_object(flat(_tiles(gait.cycle.length, repeats), -_LAYER), matte(_TILE))
+    everywhere = flat([_rectangle(0.0, 0.0, 160.0, 160.0)], -2 * _LAYER)
+    plane.set_object(geometry(everywhere), matte(_GROUND))
+    tiles.set_object(geometry(flat(_tiles(gait.cycle.length, repeats), -_LAYER)), matte(_TILE))
     for step in (0, 1):
         side, outline = gait.plan.outline(step)
         copies = [outline[:, [0, 2]] + [0.0, ahead] for ahead in repeats]
         name = SIDES_IN_WORDS[int(side)]
-        path[f"footholds/{name}"].set_object(flat(copies, 0.0), matte(FOOTHOLDS[name]))
+        path[f"footholds/{name}"].set_object(geometry(flat(copies, 0.0)), matte(FOOTHOLDS[name]))
 
 
 def _ahead(gait: Gait) -> FloatArray:
@@ -89,7 +91,7 @@ def animate_support(motion: Animation, node: Visualizer, gait: Gait) -> None:
     """Show the support polygon of the instant: each is drawn once and is visible in its time."""
     for k, (start, end, corners) in enumerate(support_polygons(gait)):
         polygon = node[f"polygon{k:02d}"]
-        polygon.set_object(flat([corners], _LAYER), sheer(COLOURS["support"], 0.75))
+        polygon.set_object(geometry(flat([corners], _LAYER)), sheer(COLOURS["support"], 0.75))
         shown = {0.0: start == 0.0, 1.0: False, start: True, end: False}
         phases = sorted(shown)
         add_track(motion, polygon, "visible", np.array([shown[at] for at in phases]), phases)

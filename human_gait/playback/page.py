@@ -11,6 +11,8 @@ import contextlib
 import threading
 import webbrowser
 from collections.abc import Sequence
+from functools import cache
+from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,12 +21,15 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
-from human_gait.playback.drawing import COLOURS
+from human_gait.playback.carried import KINDS, kind_of_load
 from human_gait.playback.drawn_body import torque_sizes
-from human_gait.playback.ground import FOOTHOLDS
 from human_gait.playback.inline import InlinePage, in_notebook
-from human_gait.playback.scene import WALKERS, DrawnStride, scene_commands, stride_of
+from human_gait.playback.looks import COLOURS, FOOTHOLDS
+from human_gait.playback.policy import content_policy
+from human_gait.playback.scene import WALKERS, DrawnStride, extent, scene_commands, stride_of
 from human_gait.playback.server import LOOPBACK, has_screen, page_server
+from human_gait.playback.still import still_address
+from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait_file import load_gait
 
 if TYPE_CHECKING:
@@ -33,6 +38,9 @@ if TYPE_CHECKING:
 
 TORQUE_COLOURS = ("#f4f2e8", "#b5dc9d", "#4fae86", "#17747a", "#12304f")
 """Colours of joint torques from none to the largest, evenly spaced; ever darker."""
+
+SCRIPTS = ("playback.js", "quality.js", "controls.js", "save.js")
+"""Our scripts, in one element in this order."""
 
 
 def play(
@@ -91,11 +99,11 @@ def _gait(result: Gait | str | Path) -> Gait:
 
 def _serve(page: str, host: str, seconds: float | None) -> None:
     """Serve a page to the browser for so long, else until Ctrl-C."""
-    with page_server(page, host) as server, contextlib.suppress(KeyboardInterrupt):
-        url = f"http://{host}:{server.server_port}/"
-        print(f"MeshCat at {url}, Ctrl-C to stop", flush=True)  # noqa: T201, for who plays
+    with page_server(page, host, page_policy()) as server, contextlib.suppress(KeyboardInterrupt):
+        others = f"; for others at {server.url_elsewhere} or by address" * server.everywhere
+        print(f"MeshCat at {server.url}{others}, Ctrl-C to stop", flush=True)  # noqa: T201
         if has_screen():
-            webbrowser.open(url)
+            webbrowser.open(server.url)
         if seconds is not None:
             bell = threading.Timer(seconds, server.shutdown)
             bell.daemon = True
@@ -132,20 +140,55 @@ def playback_page(
     overlay : bool
         Begin with the second one translucent over the first instead of beside it.
     """
-    gaits = [gait, second] if second else [gait]
-    walks = [_about(each, name) for each, name in zip(gaits, _names(gaits), strict=True)]
+    return page_of([gait, second] if second else [gait], strides, overlay)
+
+
+def page_of(
+    gaits: Sequence[Gait],
+    strides: int | None = None,
+    overlay: bool = False,
+    called: Sequence[str] | None = None,
+) -> str:
+    """Return the HTML page that plays walks, as many as there are `WALKERS`, beside one another.
+
+    `strides` and `overlay` (of two) are those of `playback_page`; `called` is how the walks are
+    called, if not by the names of their scenarios.
+    """
+    walks = [_about(each, name) for each, name in zip(gaits, called or _names(gaits), strict=True)]
     scenes = [stride_of(each) for each in gaits]
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    viewer = files("meshcat") / "viewer" / "dist" / "main.min.js"
     return environment.from_string(_text("playback.html")).render(
         title=" and ".join(walk["name"] for walk in walks),
+        **page_marks(gaits),
         walks=walks,
-        note=_note(walks) if second else "",
+        note=_note(walks) if len(walks) > 1 else "",
+        still=still_address(gaits, [walk["name"] for walk in walks]),
         layers=_layers(gaits),
         data=_data(scenes, walks, strides, overlay),
-        viewer=Markup(viewer.read_text(encoding="utf-8")),
-        script=Markup(_text("playback.js")),
+        scripts=list(map(Markup, _scripts())),
     )
+
+
+def page_marks(gaits: Sequence[Gait]) -> dict[str, Any]:
+    """Return what the head of a page about gaits tells programs, as values for its template."""
+    return {
+        "policy": page_policy(),
+        "generator": f"human-gait {version('human-gait')}",
+        "digests": [gait_digest(gait) for gait in gaits],
+    }
+
+
+@cache
+def page_policy() -> str:
+    """Return the Content Security Policy of the page of a walk, and of pages that hold it."""
+    return content_policy(_scripts())
+
+
+@cache
+def _scripts() -> tuple[str, str]:
+    """Return what runs in the page: MeshCat's viewer and our own."""
+    viewer = files("meshcat") / "viewer" / "dist" / "main.min.js"
+    return viewer.read_text(encoding="utf-8"), "".join(map(_text, SCRIPTS))
 
 
 def _text(name: str) -> str:
@@ -165,6 +208,7 @@ def _about(gait: Gait, name: str) -> dict[str, Any]:
     return {
         "name": name,
         "caption": _caption(gait),
+        "warning": no_walk(gait),
         "strideTime": 2 * gait.step_time,
         "doubleSupport": gait.scenario.phases.double_support / 2,  # of the stride
     }
@@ -174,6 +218,8 @@ def _data(
     strides: Sequence[DrawnStride], walks: list[dict[str, Any]], limit: int | None, overlay: bool
 ) -> dict[str, Any]:
     """Return what the script of the page reads."""
+    across, up, along = extent(strides).tolist()
+    broad = max(across, along)
     torques = [torque_sizes(stride.instants.tau) for stride in strides]
     largest = max(float(size.max()) for sizes in torques for size in sizes.values())
     return {
@@ -183,8 +229,9 @@ def _data(
         ],
         "nodes": WALKERS,
         "strides": limit,
-        "overlay": overlay and len(strides) > 1,
-        "stature": max(stride.gait.body.subject.stature for stride in strides),
+        "overlay": overlay and len(strides) == 2,
+        "height": float(up),  # [m]; what has to be in sight
+        "broad": {"side": along, "front": across, "top": broad, "oblique": broad},
         "torqueMax": max(10 * int(np.ceil(largest / 10)), 10),  # [N m]
         "ramp": TORQUE_COLOURS,
         "colours": _css_colours(),
@@ -201,10 +248,10 @@ def _layers(gaits: Sequence[Gait]) -> list[dict[str, Any]]:
     colours = _css_colours()
     feet = [colours["right"], colours["left"]]
     footholds = [f"#{FOOTHOLDS[foot]:06x}" for foot in ("right", "left")]
-    loaded = any(gait.body.load.mass > 0 for gait in gaits)
+    loads = {KINDS[kind_of_load(gait.body)] for gait in gaits if gait.body.load.mass > 0}
     layers = [
         ("body", "Body", [], ""),
-        *([("backpack", "Backpack", [], "")] if loaded else []),
+        *([("backpack", loads.pop() if len(loads) == 1 else "Load", [], "")] if loads else []),
         ("footholds", "Footholds", footholds, ""),
         ("support", "Support polygon", [colours["support"]], ""),
         ("zmp", "Zero moment point", [colours["zmp"]], "dot"),
@@ -219,12 +266,14 @@ def _layers(gaits: Sequence[Gait]) -> list[dict[str, Any]]:
 
 def _note(walks: list[dict[str, Any]]) -> str:
     """Return how two walks of any pace are shown at once."""
-    note = "Both walkers are at the same per cent of it, to compare postures"
-    first, second = (walk["strideTime"] for walk in walks)
-    if abs(first - second) < 0.005:
+    who = "Both" if len(walks) == 2 else "All"
+    note = f"{who} walkers are at the same per cent of it, to compare postures"
+    first, *others = (walk["strideTime"] for walk in walks)
+    if all(abs(first - time) < 0.005 for time in others):
         return f"{note}."
-    paces = [_quantity(time, "s", ".2f") for time in (first, second)]
-    return f"{note}, at the pace of the first: {paces[0]}; the second needs {paces[1]}."
+    pace, *paces = (_quantity(time, "s", ".2f") for time in (first, *others))
+    needs = "the second needs" if len(walks) == 2 else "the others need"
+    return f"{note}, at the pace of the first: {pace}; {needs} {', '.join(paces)}."
 
 
 def _caption(gait: Gait) -> str:

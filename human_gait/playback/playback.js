@@ -22,13 +22,14 @@ const DOME = 80; // radius of the sky, [m]
 const NO_JOINT = "#9aa0a6"; // the pelvis hangs on no joint
 const FRAME = 0.01; // of the stride, for the arrow keys
 const EMBEDDED = window.self !== window.top; // in a report
+const LITTLE_MOTION = matchMedia("(prefers-reduced-motion: reduce)");
 
 const viewer = startedViewer();
 const dome = skyDome();
 const walkers = data.walks.map(walkerOf);
 const state = {
-  phase: 0, strides: 0, speed: 1, view: "oblique", overlay: data.overlay, torques: false,
-  playing: !matchMedia("(prefers-reduced-motion: reduce)").matches,
+  phase: 0, strides: 0, speed: 1, view: "oblique", home: "oblique", overlay: data.overlay, torques: false,
+  playing: !LITTLE_MOTION.matches,
 };
 
 function startedViewer() {
@@ -174,13 +175,25 @@ function panes() {
   const { clientWidth: width, clientHeight: height } = element("meshcat-pane");
   const whole = { x: 0, y: 0, width, height };
   if (walkers.length === 1 || state.overlay) return [{ ...whole, walkers }];
-  return walkers.map((walker, k) => width >= height
-    ? { x: k * width / 2, y: 0, width: width / 2, height, walkers: [walker] }
-    : { x: 0, y: (1 - k) * height / 2, width, height: height / 2, walkers: [walker] });
+  const [columns, rows] = grid(width >= height);
+  return walkers.map((walker, k) => ({
+    x: k % columns * width / columns, y: (rows - 1 - Math.floor(k / columns)) * height / rows,
+    width: width / columns, height: height / rows, walkers: [walker],
+  }));
 }
 
-viewer.render = () => {
+// How many walkers stand beside and how many above each other.
+function grid(broad) {
+  const most = walkers.length > 3 ? Math.ceil(walkers.length / 2) : walkers.length;
+  const other = Math.ceil(walkers.length / most);
+  return broad ? [most, other] : [other, most];
+}
+
+viewer.render = () => draw(inMotion() ? quality.level : 0);
+
+function draw(level) {
   viewer.controls.update();
+  setQuality(level);
   viewer.renderer.setScissorTest(true);
   for (const pane of panes()) {
     const frame = [pane.x, pane.y, pane.width, pane.height];
@@ -192,7 +205,7 @@ viewer.render = () => {
     viewer.renderer.render(viewer.scene, viewer.camera);
   }
   viewer.needs_render = false;
-};
+}
 
 viewer.set_3d_pane_size = () => {
   const { clientWidth, clientHeight } = element("meshcat-pane");
@@ -201,6 +214,9 @@ viewer.set_3d_pane_size = () => {
   const stage = element("stage").classList;
   stage.toggle("across", clientWidth >= clientHeight);
   stage.toggle("down", clientWidth < clientHeight);
+  const [columns, rows] = grid(clientWidth >= clientHeight);
+  element("stage").style.setProperty("--columns", columns);
+  element("stage").style.setProperty("--rows", rows);
   if (state.view) fitView();
   viewer.set_dirty();
 };
@@ -210,186 +226,11 @@ function fitView() {
   const { camera, controls } = viewer;
   const half = Math.tan(THREE.MathUtils.degToRad(camera.fov / 2));
   const pane = panes()[0];
-  const distance = Math.max(height, width * pane.height / pane.width) / (2 * half);
-  camera.position.set(...from).setLength(distance * data.stature / 1.75);
+  const scale = data.height / 1.75;
+  const widest = Math.max(width * scale, 1.15 * data.broad[state.view]);
+  const distance = Math.max(height * scale, widest * pane.height / pane.width) / (2 * half);
+  camera.position.set(...from).setLength(distance);
   controls.target.set(0, 0, 0);
   controls.update();
   viewer.set_dirty();
 }
-
-// ---- Controls ----------------------------------------------------------------------------------
-
-function setView(name) {
-  state.view = name;
-  for (const button of all("#views button"))
-    button.setAttribute("aria-pressed", button.dataset.view === name);
-  if (name) fitView();
-}
-
-function setOverlay(overlay) {
-  state.overlay = overlay;
-  for (const button of all("#arrangements button"))
-    button.setAttribute("aria-pressed", (button.dataset.overlay === "yes") === overlay);
-  const stage = element("stage").classList;
-  stage.toggle("laid", walkers.length > 1 && overlay);
-  stage.toggle("apart", walkers.length > 1 && !overlay);
-  if (walkers.length > 1) setGhost(walkers[1], overlay);
-  paintClothes();
-  viewer.set_3d_pane_size();
-}
-
-function setLayer(name, shown) {
-  if (name === "torques") {
-    state.torques = shown;
-    element("torque-legend").hidden = !shown;
-    paintClothes();
-  } else
-    for (const walker of walkers)
-      for (const object of walker.layers[name]) object.visible = shown;
-  viewer.set_dirty();
-}
-
-function setSpeed(speed) {
-  state.speed = Math.min(2, Math.max(0.1, Math.round(10 * speed) / 10));
-  element("speed").value = state.speed;
-  element("speed-said").value = `${state.speed.toFixed(1)}×`;
-}
-
-function setPlaying(playing) {
-  state.playing = playing;
-  document.body.classList.toggle("playing", playing);
-  element("play").setAttribute("aria-label", playing ? "Pause" : "Play");
-}
-
-function seek(phase) {
-  state.phase = phase - Math.floor(phase);
-  viewer.animator.seek(state.phase);
-  if (state.torques) paintTorques();
-  tellTime();
-}
-
-function tellTime() {
-  const percent = 100 * state.phase;
-  const shown = String(Math.floor(percent)).padStart(2, "\u2007"); // as wide as a digit
-  const seconds = walkers.map(walker => (state.phase * walker.strideTime).toFixed(2) + " s");
-  const time = [...new Set(seconds)].join(" | ");
-  element("clock").innerHTML = `<b>${time}</b> &ensp;${shown} % <span>of the stride</span>`;
-  const scrub = element("scrub");
-  scrub.value = percent;
-  scrub.setAttribute("aria-valuetext", `${time}, ${Math.floor(percent)} % of the stride`);
-}
-
-function advance(seconds) {
-  const phase = state.phase + state.speed * seconds / walkers[0].strideTime;
-  state.strides += Math.floor(phase);
-  const done = data.strides !== null && state.strides >= data.strides;
-  seek(done ? 0 : phase);
-  if (done) setPlaying(false);
-}
-
-function togglePlaying() {
-  if (!state.playing) state.strides = 0;
-  setPlaying(!state.playing);
-}
-
-const KEYS = {
-  " ": togglePlaying,
-  ArrowLeft: () => scrubTo(state.phase - FRAME),
-  ArrowRight: () => scrubTo(state.phase + FRAME),
-  ArrowUp: () => setSpeed(state.speed + 0.1),
-  ArrowDown: () => setSpeed(state.speed - 0.1),
-  ...Object.fromEntries(Object.keys(VIEWS).map((name, k) => [String(k + 1), () => setView(name)])),
-};
-
-function scrubTo(phase) {
-  setPlaying(false);
-  seek(phase);
-}
-
-function press(event) {
-  if (event.ctrlKey || event.metaKey || event.altKey || !(event.key in KEYS)) return;
-  // Who walks through the controls with the tab key expects their own keys there.
-  const own = event.target.matches("button, input") && event.target.matches(":focus-visible");
-  if (own && !"1234".includes(event.key)) return;
-  event.preventDefault();
-  KEYS[event.key]();
-}
-
-// In a report the wheel scrolls the report; zooming needs Ctrl, as it does in maps.
-function wheel(event) {
-  if (EMBEDDED && !event.ctrlKey) event.stopPropagation();
-}
-
-// What the mouse has pressed lets go of the keyboard: space plays, whatever was clicked last.
-function release(event) {
-  if (event.detail > 0) document.activeElement.blur();
-}
-
-function drawContacts() {
-  const overlap = 100 * data.walks[0].doubleSupport;
-  const bars = {
-    right: `linear-gradient(90deg, ${data.colours.right} ${50 + overlap}%, transparent 0)`,
-    left: `linear-gradient(90deg, ${data.colours.left} ${overlap}%, transparent 0 50%, ${data.colours.left} 0)`,
-  };
-  for (const [side, bar] of Object.entries(bars)) {
-    element(`contact-${side}`).style.background = bar;
-    element(`contact-${side}`).setAttribute("aria-label", `When the ${side} foot stands`);
-  }
-}
-
-function listen() {
-  element("play").addEventListener("click", togglePlaying);
-  element("scrub").addEventListener("input", event => scrubTo(Math.min(event.target.value / 100, 0.999999)));
-  element("speed").addEventListener("input", event => setSpeed(Number(event.target.value)));
-  for (const button of all("#views button"))
-    button.addEventListener("click", () => setView(button.dataset.view));
-  for (const button of all("#arrangements button"))
-    button.addEventListener("click", () => setOverlay(button.dataset.overlay === "yes"));
-  for (const box of all("#layers input"))
-    box.addEventListener("change", () => setLayer(box.dataset.layer, box.checked));
-  element("meshcat-pane").addEventListener("wheel", wheel, { capture: true, passive: true });
-  viewer.controls.addEventListener("start", () => setView(null)); // turned by hand
-  document.addEventListener("keydown", press);
-  document.addEventListener("click", release);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paintStage);
-  new ResizeObserver(viewer.set_3d_pane_size).observe(element("meshcat-pane"));
-}
-
-function start() {
-  const canvas = viewer.renderer.domElement;
-  canvas.setAttribute("role", "img");
-  canvas.setAttribute("aria-label", `${document.title}: a person walks, seen in three dimensions`);
-  const sun = viewer.scene_tree.find(["Lights", "Sun", "<object>"]).object;
-  sun.shadow.normalBias = 0.02; // [m]; rounded parts would shade themselves in stripes
-  viewer.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-  for (const walker of walkers)
-    for (const mesh of meshes([...walker.layers.zmp, ...walker.layers.ground_reaction]))
-      Object.assign(mesh, { renderOrder: 3, castShadow: false });
-  for (const walker of walkers)
-    for (const flat of ["ground", "support", "footholds"])
-      for (const mesh of meshes(walker.layers[flat])) mesh.castShadow = false;
-  element("torque-legend").querySelector("div").style.background =
-    `linear-gradient(90deg, ${data.ramp.join(", ")})`;
-  element("torque-legend").querySelector("span").textContent = `0 to ${data.torqueMax} N m`;
-  if (EMBEDDED) element("zoom").textContent = "Ctrl + wheel: zoom";
-  drawContacts();
-  listen();
-  paintStage();
-  setView(state.view);
-  setOverlay(state.overlay);
-  setPlaying(state.playing);
-  setSpeed(1);
-  seek(0);
-}
-
-let last = performance.now();
-function frame(now) {
-  requestAnimationFrame(frame);
-  const seconds = Math.min((now - last) / 1000, 0.5); // the page may have been out of sight
-  last = now;
-  if (state.playing) advance(Math.max(seconds, 0));
-  if (viewer.needs_render) viewer.render();
-}
-
-start();
-requestAnimationFrame(frame);

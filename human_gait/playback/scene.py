@@ -9,20 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from meshcat import Visualizer
 from meshcat.animation import Animation
 
+from human_gait.arrays import FloatArray
 from human_gait.playback.drawing import (
     Command,
     Recorder,
     add_track,
 )
-from human_gait.playback.drawn_body import DrawnBody
+from human_gait.playback.drawn_body import animate_body, draw_body
 from human_gait.playback.forces import animate_forces, draw_markers
 from human_gait.playback.ground import animate_support, draw_ground
+from human_gait.playback.picture import Walker
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait, Samples
@@ -32,7 +35,7 @@ FRAMES_PER_STEP = 30
 """About 50 frames a second; the browser interpolates between them."""
 
 
-WALKERS = ("first", "second")
+WALKERS = ("first", "second", "third", "fourth", "fifth", "sixth")
 """Names of the nodes of the walkers below ``/human_gait``."""
 
 _CAMERA = {"fov": 25.0, "near": 0.1}
@@ -58,6 +61,11 @@ class DrawnStride:
     gait: Gait
     instants: Samples
 
+    @cached_property
+    def reach(self) -> FloatArray:
+        """How far body and load reach from the origin below the walker, (3,), [m]."""
+        return np.asarray(abs(Walker(self.gait).reach).max(axis=0))
+
 
 def stride_of(gait: Gait) -> DrawnStride:
     """Return the stride from right heel strike, t = T, to the next, 3 T."""
@@ -65,8 +73,18 @@ def stride_of(gait: Gait) -> DrawnStride:
     return DrawnStride(gait, gait.instants(gait.step_time * (1.0 + 2.0 * phase)))
 
 
+def extent(strides: Sequence[DrawnStride]) -> FloatArray:
+    """Return how much room walkers and loads take: across, up and along, (3,), [m].
+
+    Across and along are twice the greatest distance from the middle; up is at least the stature.
+    """
+    reach = np.array([stride.reach for stride in strides]).max(axis=0)
+    statures = [stride.gait.body.subject.stature for stride in strides]
+    return np.array([2 * reach[0], max(reach[1], *statures), 2 * reach[2]])
+
+
 def scene_commands(strides: Sequence[DrawnStride]) -> list[str]:
-    """Return the commands that build the scene of one walker or two, and their animation.
+    """Return the commands that build the scene of walkers, and their animation.
 
     All of it lasts one unit of MeshCat's time, the phase of the stride.
     """
@@ -76,7 +94,7 @@ def scene_commands(strides: Sequence[DrawnStride]) -> list[str]:
     scene = vis["/human_gait"]
     lowered = _TO_MESHCAT.copy()
     # The camera looks at the origin, half-way up the tallest.
-    lowered[2, 3] = -max(stride.gait.body.subject.stature for stride in strides) / 2
+    lowered[2, 3] = -extent(strides)[1] / 2
     scene.set_transform(lowered)
     motion = Animation()
     for name, stride in zip(WALKERS, strides, strict=False):
@@ -90,11 +108,11 @@ def _add_walker(motion: Animation, path: Visualizer, stride: DrawnStride) -> Non
     gait, instants = stride.gait, stride.instants
     draw_ground(path, gait)
     draw_markers(path, gait.body.subject.stature)
-    drawn = DrawnBody(path["body"], gait.body)
+    draw_body(path["body"], gait.body)
     covered = gait.cycle.length / gait.cycle.period * instants.t
     add_track(motion, path, "position", np.outer(-covered, [0.0, 0.0, 1.0]))
     add_track(motion, path["zmp"], "position", instants.zmp)
-    drawn.animate(motion, instants.q)
+    animate_body(motion, path["body"], gait.body, instants.q)
     animate_support(motion, path["support"], gait)
     animate_forces(motion, path["ground_reaction"], gait, instants)
 

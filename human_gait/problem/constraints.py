@@ -6,6 +6,8 @@ Eq. (26) needs no row here: the splines are symmetric by construction, or `progr
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from human_gait.arrays import FloatArray
@@ -47,7 +49,7 @@ SYMMETRY = Demand(
 
 
 def paper_constraints(scenario: Scenario, plan: ContactPlan, times: FloatArray) -> list[Constraint]:
-    """Return all constraints of the paper.
+    """Return all constraints of the paper that a scenario has instants for.
 
     Parameters
     ----------
@@ -58,7 +60,7 @@ def paper_constraints(scenario: Scenario, plan: ContactPlan, times: FloatArray) 
         arms, which is smoother, at the ends of the scenario's intervals.
     """
     on = np.arange(0, len(times), scenario.discretisation.dynamics_per_interval)
-    return [
+    rows = [
         ground_penetration(plan, times, on),
         contact_position(scenario, plan, times, on),
         soft_impact(scenario, plan, times, on),
@@ -67,9 +69,15 @@ def paper_constraints(scenario: Scenario, plan: ContactPlan, times: FloatArray) 
         load_transfer(scenario, plan, times),
         ground_pushes(times, plan),
         pelvic_velocity(scenario, on),
-        knee_at_mid_swing(scenario, times),
+        *([knee_at_mid_swing(scenario, times)] if scenario.posture.swing_knee == "bent" else []),
         arm_leg_coupling(scenario, on),
     ]
+    return with_rows(rows)
+
+
+def with_rows(constraints: Iterable[Constraint]) -> list[Constraint]:
+    """Return the constraints that have any rows: where no foot swings, none has to pass."""
+    return [constraint for constraint in constraints if len(constraint.lower)]
 
 
 def friction_constraints(plan: ContactPlan, times: FloatArray) -> list[Constraint]:

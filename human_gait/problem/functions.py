@@ -18,6 +18,7 @@ from human_gait.problem.transcription import Transcription
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.bspline import Basis
+from human_gait.walk.gait import constrained_grid
 from human_gait.walk.instant import Instants, Walker
 
 
@@ -40,12 +41,9 @@ class WalkFunctions:
     """
 
     def __init__(self, scenario: Scenario, basis: Basis, dynamics: str = "pinocchio") -> None:
-        grid, T = scenario.discretisation, scenario.walk.step_time
-        n = grid.intervals * grid.dynamics_per_interval
         self.basis = basis
         self.walker = Walker(scenario, dynamics)
-        self.times = np.arange(n + (not grid.mirrored)) * T / n
-        self.spacing = _trapezoids(T / n, len(self.times), grid.mirrored)
+        self.times, self.spacing = constrained_grid(scenario)
         self.transcription = Transcription(basis, self.times)
         self.evaluations = 0
         self.observe: Callable[[FloatArray], None] | None = None
@@ -110,11 +108,3 @@ class WalkFunctions:
         for constraint, multipliers in constraints:
             constraint.add_to_adjoint(now, multipliers, adjoint)
         return self.transcription.hessian(self.walker.second_derivatives(now, adjoint))
-
-
-def _trapezoids(interval: float, n: int, periodic: bool) -> FloatArray:
-    """Return the time (n,) that each instant stands for in an integral, [s]."""
-    spacing = np.full(n, interval)
-    if not periodic:
-        spacing[[0, -1]] /= 2
-    return spacing

@@ -13,15 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.limits import torque_limits
-from human_gait.body.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF
+from human_gait.body.limits import torque_weights
+from human_gait.body.skeleton import MIRROR_INDEX, MIRROR_SIGN
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.instant import Instants
 
 UNIT = "N^2 m^2 s"
-REFERENCE_STRENGTH = 100.0
-"""Strength of a joint whose torques count as they are, [N m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,19 +48,6 @@ class Term:
 def objective(scenario: Scenario) -> list[Term]:
     """Return the terms of a scenario's objective."""
     return [squared_torque(torque_weights(scenario))]
-
-
-def torque_weights(scenario: Scenario) -> FloatArray:
-    """Return the weights w_i (55,) of the squared torques.
-
-    ``strength``: (100 N m / strength_i)^2, the mean strength of the joint's two directions. Effort
-    is then relative to what a joint can give: 10 N m are little for a hip and much for a wrist.
-    ``none``: 1, the objective of the paper.
-    """
-    if scenario.objective.weighting == "none":
-        return np.ones(N_DOF)
-    lower, upper = torque_limits(scenario.subject, deviations=0.0)
-    return np.asarray((2.0 * REFERENCE_STRENGTH / (upper - lower)) ** 2)
 
 
 def squared_torque(weights: FloatArray) -> Term:

@@ -20,7 +20,7 @@ import numpy as np
 from pydrake.solvers import MathematicalProgram
 
 from human_gait.arrays import FloatArray
-from human_gait.body.limits import joint_limits
+from human_gait.body.limits import joint_limits, torque_weights
 from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, N_DOF, in_words
 from human_gait.problem.balance_rows import SLIDING_FRICTION, TURNING_FRICTION
 from human_gait.problem.constraints import (
@@ -29,6 +29,7 @@ from human_gait.problem.constraints import (
     friction_constraints,
     paper_constraints,
     symmetry_rows,
+    with_rows,
 )
 from human_gait.problem.drake import (
     Curvature,
@@ -39,11 +40,13 @@ from human_gait.problem.drake import (
     add_term,
 )
 from human_gait.problem.functions import WalkFunctions
-from human_gait.problem.objective import Term, objective, torque_weights
+from human_gait.problem.impossible import refusals
+from human_gait.problem.objective import Term, objective
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.residual import Constraint, Residual
 from human_gait.problem.violation import Violation, worst_row
 from human_gait.scenario import Scenario, load_scenario
+from human_gait.scenario.schema import refuse
 from human_gait.walk.bspline import Basis
 from human_gait.walk.cycle import step_cycle
 from human_gait.walk.gait import Gait
@@ -174,7 +177,7 @@ class GaitProgram:
         the instants between the ends of the intervals.
         """
         on = np.arange(0, len(self.times), self.scenario.discretisation.dynamics_per_interval)
-        stage = self.stage([constraint.rows_at(on) for constraint in self.constraints])
+        stage = self.stage(with_rows(one.rows_at(on) for one in self.constraints))
         near, gentle = self.basis.design(self.times), self.basis.design(self.times, 2)
         weight = self.basis.step_time / len(self.times)
         Q = 2.0 * weight * (nearness * near.T @ near + gentleness * gentle.T @ gentle)
@@ -339,7 +342,8 @@ def build_program(
     Raises
     ------
     ScenarioError
-        If the scenario cannot be read, or names a DOF that does not exist.
+        If the scenario cannot be read, names a DOF that does not exist, or asks for what no walk
+        can keep (`problem.impossible`).
     ValueError
         If there is no such dynamics, two constraints have one name, or a function of one's own
         returns what it should not at the first guess.
@@ -347,7 +351,9 @@ def build_program(
         If what is given as own costs or constraints are none.
     """
     task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
-    return GaitProgram(task, basis, dynamics, costs, constraints)
+    program = GaitProgram(task, basis, dynamics, costs, constraints)
+    refuse([*refusals(task, program.functions.walker, program.basis)])
+    return program
 
 
 def _term(cost: RunningCost | Term, guess: Instants) -> Term:

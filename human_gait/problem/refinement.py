@@ -34,6 +34,10 @@ def refined_program(
         If these are not more control points than the gait has, or too many.
     """
     grid = gait.scenario.discretisation
+    most = int(grid.rule("control_points")["range"][1])
+    if n_control_points > most:
+        allowed = f"must be at most {most}"
+        raise ScenarioError("discretisation.control_points", allowed, n_control_points)
     if n_control_points <= gait.basis.n_control_points:
         allowed = f"must be more than the {gait.basis.n_control_points} there are"
         raise ScenarioError("discretisation.control_points", allowed, n_control_points)

@@ -9,13 +9,13 @@ from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rich.console import Console
-
 from human_gait.reporting.page import report_page
 from human_gait.reporting.results import Bound, read_bounds
 from human_gait.results.explanation import explained
 from human_gait.results.folder import whole_file
 from human_gait.results.names import REPORT
+from human_gait.results.ours import check_free
+from human_gait.terminal import screen
 from human_gait.walk.belonging import own_gait
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import folder_of
@@ -68,7 +68,7 @@ def explain(result: Gait | str | Path) -> Explanation:
     """
     with _folders([result]) as (folder,):
         own_gait(folder)
-        console = Console(width=_WIDTH, color_system=None, file=StringIO())
+        console = screen(width=_WIDTH, color_system=None, file=StringIO())
         with console.capture() as shown:
             console.print(explained(folder), markup=False, highlight=False)
         lines = (line.rstrip() for line in shown.get().splitlines())
@@ -102,7 +102,9 @@ def report(
     given = [results] if isinstance(results, Gait | str | Path) else list(results)
     target = _page_of(given) if out is None else Path(out)
     with _folders(given) as folders:
-        page = report_page(folders, target)
+        page = report_page(folders)
+    if out is None:
+        check_free(target.parent, [target.name])
     with whole_file(target) as path:
         path.write_text(page, encoding="utf-8")
     return target

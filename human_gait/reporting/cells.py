@@ -41,11 +41,14 @@ class Table:
     rows : tuple of tuple of Cell
     groups : tuple of (str, int)
         What stands above the columns, and above how many; may be empty.
+    names : int
+        Cells, from the first, that say together what a row is about.
     """
 
     columns: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
     groups: tuple[tuple[str, int], ...] = ()
+    names: int = 1
 
     @property
     def starts(self) -> frozenset[int]:

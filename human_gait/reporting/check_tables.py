@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from human_gait.reporting.cells import Cell, Table, groups, number
@@ -13,7 +14,7 @@ def checks(results: Sequence[Result]) -> Table:
     """Return every check with its limit, its equation and whether it is passed."""
     found = _by_name([one.outcome.checks for one in results])
     alone = len(results) == 1
-    heads = ("found", "passed", "t [s]") if alone else ("found", "passed")
+    heads = ("found", "passed", "t [s]", "what") if alone else ("found", "passed")
     rows = [
         (*_about(name, ones), _limit(ones), *(cell for one in ones for cell in _check(one, alone)))
         for name, ones in found.items()
@@ -51,18 +52,24 @@ def _about(name: str, ones: Sequence[Finding | None]) -> tuple[Cell, ...]:
 def _limit(ones: Sequence[Finding | None]) -> Cell:
     """Return the limit of a check, or all of them if they differ."""
     limits = list(dict.fromkeys(one.limit for one in ones if one))
-    cells = [number(limit) for limit in limits]
+    cells = [number(limit) if math.isfinite(limit) else Cell("none") for limit in limits]
     return cells[0] if len(cells) == 1 else Cell(" or ".join(cell.text for cell in cells))
 
 
 def _check(one: Finding | None, alone: bool) -> Iterator[Cell]:
     if one is None:
         yield from (Cell(""), Cell(""))
-        return
+        return  # of one result alone there are all
     yield number(one.value, ".2g", "" if one.passed else "bad")
-    yield Cell("yes", mark="good") if one.passed else Cell("NO", mark="bad")
+    yield _verdict(one)
     if alone:
-        yield number(one.time, ".3f")
+        yield from (number(one.time, ".3f"), Cell(one.what))
+
+
+def _verdict(one: Finding) -> Cell:
+    if not one.passed:
+        return Cell("NO", mark="bad")
+    return Cell("yes", mark="good") if math.isfinite(one.limit) else Cell("note")
 
 
 def _violation(one: Finding | None, n: int) -> tuple[Cell, ...]:

@@ -13,10 +13,7 @@ from dataclasses import dataclass
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-
+from human_gait.canvas import Axes, Picture, plain
 from human_gait.exceptions import ResultError
 from human_gait.people.reference import Cycle, Reference, stance
 from human_gait.pictures.style import (
@@ -66,7 +63,7 @@ RESULTS = (  # Okabe and Ito's palette, which colour-blind people tell apart, an
 )
 """Lines of the walks of a report, in their order; there is room for no more."""
 
-MEASURED = (Line("#7C8FB0"), Line("#5FA39B"), Line("#A58FB5"))
+MEASURED = (Line("#44557F"), Line("#1D655E"), Line("#6C4F80"))
 """Bands of the measured people, by reference."""
 
 VARIABLES: Mapping[str, str] = {
@@ -115,7 +112,7 @@ _NAMED = re.compile(r'(\bid="|href="#|url\(#)')
 
 def curve_panel(
     column: str, cycles: Sequence[Cycle], measured: Sequence[Reference], gait: Gait | None
-) -> Figure:
+) -> Picture:
     """Return one curve of some walks over the measured means, each in a band of one SD.
 
     Parameters
@@ -130,7 +127,7 @@ def curve_panel(
         Whose phases are marked; none where they differ.
     """
     _, unit = label_and_unit(column)
-    figure = Figure(figsize=_SIZE)
+    figure = Picture(*_SIZE)
     ax = figure.add_axes(_PLACE)
     if gait is not None:
         mark_phases(ax, gait)
@@ -171,15 +168,15 @@ def _over_cycle(reference: Reference, cycle: Cycle) -> tuple[float, float] | Non
 
 def styled() -> Any:
     """Return the settings in which figures of a report are drawn, as a context."""
-    return mpl.rc_context(STYLE | _TEXT)
+    return plain(STYLE | _TEXT)
 
 
-def svg(figure: Figure, key: str, meaning: str) -> str:
+def svg(figure: Picture, key: str, meaning: str) -> str:
     """Return a figure as an SVG element, to be drawn within `styled`.
 
     Parameters
     ----------
-    figure : Figure
+    figure : Picture
     key : str
         Prefix of its identifiers: no two figures of a page may share it.
     meaning : str

@@ -21,7 +21,8 @@ class Finding:
     ----------
     name, unit, what, equation : str
     value, limit : float
-        In `unit`; a violation is counted from the bound, hence its limit is 0.
+        In `unit`; a violation is counted from the bound, hence its limit is 0; that of a note is
+        infinite.
     time : float, [s]
     passed : bool
     """
@@ -148,8 +149,8 @@ def _trial(found: Any) -> Trial:
 
 def _check(name: str, found: Any) -> Finding:
     value, limit, time = _number(found["value"]), _number(found["limit"]), float(found["time"])
-    equation = found.get("equation") or ""
-    return Finding(name, found["unit"], value, limit, time, found["passed"], equation=equation)
+    what, equation = (found.get(key) or "" for key in ("what", "equation"))
+    return Finding(name, found["unit"], value, limit, time, found["passed"], what, equation)
 
 
 def _violation(name: str, found: Any) -> Finding:

@@ -1,31 +1,33 @@
 """One page about one or several results, for reading, projecting and printing.
 
-The page is a single file that loads nothing: figures are SVG in it. The animation of one result is
-in it, too, made anew from the gait; the page of several results has links to their files.
+The page is a single file that loads nothing: figures are SVG in it, and the walks move in a page
+within it, made anew from the gaits. What a reader wants to know first stands first, what is about
+the solver comes last.
 """
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 import tomli_w
 from jinja2 import Environment, StrictUndefined
 
 from human_gait.exceptions import ResultError
 from human_gait.people.reference import references_near
-from human_gait.playback.page import playback_page
-from human_gait.reporting import check_tables, panels, people_tables, tables
+from human_gait.playback.page import page_marks, page_of
+from human_gait.playback.still import still_address
+from human_gait.reporting import check_tables, key_numbers, panels, people_tables, tables
 from human_gait.reporting.figures import RESULTS
 from human_gait.reporting.results import Result, read_results
 from human_gait.results.folder import whole_file
-from human_gait.results.names import PLAYBACK, REPORT
+from human_gait.results.names import REPORT
+from human_gait.results.ours import check_free
+from human_gait.walk.described import no_walk
 
 _STARTS = {  # what the command cannot say
     "warm start": "It started from the walk of another result (--warm-from DIR), whose name is not "
@@ -65,20 +67,20 @@ def report_to_file(folders: Sequence[Path], out: Path | None = None) -> Path:
         If a folder is no result, or there are too many, or the file cannot be written.
     """
     target = out or (folders[0] if len(folders) == 1 else Path("out")) / REPORT
-    page = report_page(folders, target)
+    page = report_page(folders)
+    if out is None:
+        check_free(target.parent, [target.name])
     with whole_file(target) as path:
         path.write_text(page, encoding="utf-8")
     return target
 
 
-def report_page(folders: Sequence[Path], target: Path = Path(REPORT)) -> str:
+def report_page(folders: Sequence[Path]) -> str:
     """Return the report of results as HTML.
 
     Parameters
     ----------
     folders : sequence of Path
-    target : Path
-        Where the page will be: the links to the animations start from there.
 
     Raises
     ------
@@ -89,45 +91,38 @@ def report_page(folders: Sequence[Path], target: Path = Path(REPORT)) -> str:
         message = f"a report has room for 1 to {len(RESULTS)} results, not {len(folders)}"
         raise ResultError(message)
     results = read_results(folders)
-    view = _view(results, target)
+    view = _view(results)
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     text = (files(__package__) / "report.html.jinja").read_text(encoding="utf-8")
-    return environment.from_string(text).render(view)
+    page = environment.from_string(text).render(view)
+    return page.encode("utf-8", "backslashreplace").decode("utf-8")  # names of folders may be bytes
 
 
-def _view(results: Sequence[Result], target: Path) -> dict[str, Any]:
+def _view(results: Sequence[Result]) -> dict[str, Any]:
     """Return all that the template shows."""
     measured = references_near(results[0].gait.scenario.walk.speed)
     compared = [one for one in results if one.comparison]
+    gaits, labels = [one.gait for one in results], [one.label for one in results]
     return {
+        **page_marks(gaits),
         "results": results,
-        "title": ", ".join(one.label for one in results),
+        "no_walk": no_walk,
+        "title": ", ".join(labels),
         "tables": tables,
         "check_tables": check_tables,
         "people_tables": people_tables,
         "compared": compared,
-        "playback": playback_page(results[0].gait) if len(results) == 1 else "",
-        "links": [(one.label, _link(one, target)) for one in results if _has_playback(one)],
+        "sentences": key_numbers.sentences(results),
+        "key_numbers": key_numbers.key_numbers(results),
+        "playback": page_of(gaits, called=labels),
+        "still": still_address(gaits, labels),
         "groups": list(panels.curves(results, measured)),
         "pictures": list(panels.pictures(results)),
         "measured": measured,
         "recipes": list(map(_recipe, results)),
     }
-
-
-# The animation
-
-
-def _has_playback(one: Result) -> bool:
-    return (one.folder / PLAYBACK).is_file()
-
-
-def _link(one: Result, target: Path) -> str:
-    """Return the address of an animation as seen from the page."""
-    path = os.path.relpath((one.folder / PLAYBACK).resolve(), target.resolve().parent)
-    return quote(Path(path).as_posix())
 
 
 # How to make it again

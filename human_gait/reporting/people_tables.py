@@ -21,7 +21,9 @@ def steps(results: Sequence[Result]) -> Table:
         for label, found in compared
         for score in found.step_scores[k : k + 1]
     ]
-    return Table(("walk", *columns) if len(results) > 1 else columns, tuple(rows))
+    if len(results) > 1:
+        return Table(("walk", *columns), tuple(rows), names=2)
+    return Table(columns, tuple(rows))
 
 
 def _step(score: StepScore) -> tuple[Cell, ...]:
@@ -54,11 +56,21 @@ def people(results: Sequence[Result]) -> Table:
     ]
     columns = ("measured by", "curve", "unit", *(head for _ in compared for head in heads))
     above = _WIDE_GROUPS if alone else groups(3, compared, len(heads))
-    return Table(columns, tuple(rows), above)
+    return Table(columns, tuple(rows), above, names=2)
 
 
 _NARROW = ("r", "RMSE")
-_WIDE = ("r", "RMSE", "means out", "least", "greatest", "least", "greatest", "1 SD", "2 SD")
+_WIDE = (
+    "r",
+    "RMSE",
+    "RMSE without offset",
+    "least",
+    "greatest",
+    "least",
+    "greatest",
+    "1 SD",
+    "2 SD",
+)
 _WIDE_GROUPS = (("", 6), ("predicted", 2), ("measured", 2), ("% of time within", 2))
 
 

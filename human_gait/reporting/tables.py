@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from human_gait.body.limits import mirrored_limits
 from human_gait.reporting.agreement import CurveDifference, curve_differences
 from human_gait.reporting.cells import Cell, Table, curve_cells, form_of, groups, number
 from human_gait.reporting.outcome import Finding
 from human_gait.reporting.results import Result
+from human_gait.settings.departures import departures
 from human_gait.walk.gait_cycle import COLUMNS
 
 _BOUNDS = 12  # of those that shape a walk
@@ -27,7 +29,7 @@ _ASKED: Sequence[Row] = (
     ("sex", lambda one: Cell(one.gait.scenario.subject.sex)),
     ("stature [m]", lambda one: number(one.gait.scenario.subject.stature, "g")),
     ("body mass [kg]", lambda one: number(one.gait.scenario.subject.mass, "g")),
-    ("load on the back [kg]", lambda one: number(one.gait.scenario.load.mass, "g")),
+    ("load [kg]", lambda one: number(one.gait.scenario.load.mass, "g")),
     (
         "friction of the floor [coefficient]",
         lambda one: number(one.gait.scenario.ground.friction, "g"),
@@ -37,6 +39,7 @@ _ASKED: Sequence[Row] = (
         "control points per degree of freedom",
         lambda one: number(one.gait.scenario.discretisation.control_points, "d"),
     ),
+    ("settings that move limits", lambda one: Cell(_moved(one))),
     ("solver", lambda one: Cell(one.outcome.first_solver)),
     ("dynamics", lambda one: Cell(one.outcome.dynamics)),
 )
@@ -44,7 +47,12 @@ _ASKED: Sequence[Row] = (
 
 def _own_limits(one: Result) -> str:
     limits = one.gait.scenario.limits
-    return ", ".join([*limits.frozen, *(limited.name for limited in limits.ranges)]) or "none"
+    names = ", ".join([*limits.frozen, *(limited.name for limited in limits.ranges)])
+    return "; ".join([names or "none", *mirrored_limits(one.gait.scenario)])
+
+
+def _moved(one: Result) -> str:
+    return "; ".join(map(str, departures(one.gait.scenario))) or "none"
 
 
 def asked(results: Sequence[Result]) -> Table:
@@ -59,33 +67,17 @@ def _differing(row: tuple[Cell, ...]) -> tuple[Cell, ...]:
     return tuple(replace(cell, mark="differs") for cell in row)
 
 
-def came_out(results: Sequence[Result]) -> Table:
-    """Return what came out of the solves."""
-    first = results[0].outcome.cost
-    against: Sequence[Row] = (
-        (
-            f"effort against {results[0].label} [%]",
-            lambda one: (
-                Cell("\N{EN DASH}")
-                if one is results[0]
-                else number(100.0 * (one.outcome.cost / first - 1.0), "+.1f")
-            ),
-        ),
-    )
-    rows = [*_CAME_OUT[:2], *(against if len(results) > 1 and first else ()), *_CAME_OUT[2:]]
-    return _by_result("came out", results, rows)
+def solved(results: Sequence[Result]) -> Table:
+    """Return how the walks were solved."""
+    return _by_result("solved", results, _SOLVED)
 
 
-_CAME_OUT: Sequence[Row] = (
+_SOLVED: Sequence[Row] = (
     ("outcome", lambda one: _verdict(one.outcome.success)),
-    (
-        "effort, Eq. (18) [N\N{SUPERSCRIPT TWO} m\N{SUPERSCRIPT TWO} s]",
-        lambda one: number(one.outcome.cost, ".1f"),
-    ),
     ("checks passed", lambda one: _passed(one.outcome.checks)),
     ("solving time [s]", lambda one: number(one.outcome.wall_time, ".1f")),
     ("found by", lambda one: Cell(one.outcome.solver)),
-    ("which says", lambda one: Cell(one.outcome.status)),
+    ("status of the solver", lambda one: Cell(one.outcome.status)),
     ("started from", lambda one: Cell(one.outcome.start)),
     ("attempts", lambda one: number(len(one.outcome.trials), "d")),
     ("iterations", lambda one: number(one.outcome.iterations, "d")),
@@ -115,7 +107,7 @@ def trials(result: Result) -> Table:
     columns = (
         "start",
         "solver",
-        "it says",
+        "status",
         "walk",
         "effort [N² m² s]",
         "time [s]",

@@ -9,12 +9,14 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from human_gait.exceptions import ResultError
 from human_gait.results.exchange import put
+from human_gait.results.names import AGREEMENT, GAIT_FILE
 from human_gait.results.unfinished import make_folder, sweep, unfinished
+from human_gait.stopping import uninterrupted
 
 
 @contextmanager
@@ -45,7 +47,8 @@ def replaced_folder(
         try:
             yield new
             _sync(new)
-            put(new, target, derived)
+            with uninterrupted():
+                put(new, target, _going(derived, new, target))
         finally:
             shutil.rmtree(new, ignore_errors=True)  # it holds the old result if they were exchanged
     except OSError as error:
@@ -54,6 +57,18 @@ def replaced_folder(
         message = f"{folder}: the result {why}; {fate}" if solved else f"{folder}: {why}"
         raise ResultError(message) from error
     sweep(target)
+
+
+def _going(derived: Collection[str], new: Path, target: Path) -> list[str]:
+    """Return what goes with the old folder: results in folders of their own may be somebody's.
+
+    Those of several solvers belong to it if it says how far they agree.
+    """
+    results = {path.rpartition("/")[0] for path in derived if path.endswith(f"/{GAIT_FILE}")}
+    stay = {one for one in results if not (new / one).is_dir()}
+    if (target / AGREEMENT).is_file():
+        stay = set()
+    return [path for path in derived if path.partition("/")[0] not in stay]
 
 
 @contextmanager
@@ -84,6 +99,44 @@ def whole_file(path: Path) -> Iterator[Path]:
     except OSError as error:
         raise ResultError(f"{path}: cannot be written: {error.strerror or error}") from error
     sweep(target)
+
+
+def try_folder(folder: Path, names: Collection[str], room: int) -> None:
+    """See that files can be written where a folder is to be, and leave everything as it was.
+
+    Parameters
+    ----------
+    folder : Path
+        It is made if it is not there, and taken away again.
+    names : collection of str
+        Of the files, as paths in it.
+    room : int
+        Bytes that there should be.
+
+    Raises
+    ------
+    OSError
+        If it cannot be done: a name that is too long, a disk that is full, rights that are missing.
+    """
+    target = Path(os.path.realpath(folder))
+    with suppress(FileNotFoundError, NotADirectoryError):
+        os.lstat(target / max(names, key=len))  # of a path that is too long it tells
+    above = [path for path in (target, *target.parents) if not os.path.lexists(path)]
+    made: list[Path] = []
+    try:
+        for path in reversed(above):
+            path.mkdir()
+            made.append(path)
+        make_folder(target)
+        new = _made(target)
+        try:
+            (new / max((Path(name).name for name in names), key=len)).write_bytes(bytes(room))
+        finally:
+            shutil.rmtree(new, ignore_errors=True)
+    finally:
+        for path in reversed(made):
+            with suppress(OSError):  # somebody else has put something there
+                path.rmdir()
 
 
 def _made(target: Path) -> Path:

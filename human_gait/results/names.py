@@ -14,6 +14,10 @@ VERIFICATION = "verification.json"
 MULTIPLIERS = "multipliers.npz"
 PLAYBACK = "playback.html"
 REPORT = "report.html"
+FILM = "walk.gif"
+FILMS = (FILM, "walk.mp4", "walk.png")
+"""What the film command writes, unless told otherwise, or told to by these names."""
+
 COMPARISON_JSON, COMPARISON_CSV, COMPARISON_PNG = "compare.json", "compare.csv", "compare.png"
 COMPARISON = (COMPARISON_JSON, COMPARISON_CSV, COMPARISON_PNG)
 """What the comparison with people writes."""
@@ -22,6 +26,9 @@ PLOTS = (
     *("stick_diagram.png", "joint_torques.png", "joint_angles.png"),
     *("ground_reaction.png", "zmp.png"),
 )
+PREDICTED = (GAIT_FILE, GAIT_CYCLE, SUMMARY, EXPLANATION, MULTIPLIERS, PLAYBACK, *PLOTS)
+"""What a prediction writes into its folder."""
+
 AGREEMENT = "agreement.json"
 """How far the results of several solvers differ; beside their folders."""
 
@@ -39,16 +46,20 @@ ANGLES_TABLE, TORQUES_TABLE = "joint_angles.csv", "joint_torques.csv"
 FORCES_TABLE = "ground_reaction.csv"
 ROBOT = "human.urdf"
 TRAJECTORY_CSV, TRAJECTORY_JSON = "joint_trajectory.csv", "joint_trajectory.json"
+TRAJECTORY_CONTROLLER = "joint_trajectory_controller.yaml"
+MADE_FROM = "made_from.json"
+"""What the exports were made from."""
+
 EXPORTED = (
     *(OPENSIM_MODEL, OPENSIM_COORDINATES, OPENSIM_FORCES, OPENSIM_LOADS, OPENSIM_TORQUES),
     *(MARKERS_TRC, MARKERS_C3D, ANIMATION, ANGLES_TABLE, TORQUES_TABLE, FORCES_TABLE),
-    *(ROBOT, TRAJECTORY_CSV, TRAJECTORY_JSON),
+    *(ROBOT, TRAJECTORY_CSV, TRAJECTORY_JSON, TRAJECTORY_CONTROLLER, MADE_FROM),
 )
 """All files in the folder of the exports."""
 
 _OF_ONE_SOLVER = (
     *(GAIT_FILE, GAIT_CYCLE, SUMMARY, EXPLANATION, VERIFICATION, MULTIPLIERS, PLAYBACK, REPORT),
-    *(*COMPARISON, *PLOTS, *(f"{EXPORT}/{name}" for name in EXPORTED)),
+    *(*FILMS, *COMPARISON, *PLOTS, *(f"{EXPORT}/{name}" for name in EXPORTED)),
 )
 
 

@@ -24,7 +24,7 @@ class Outlet(io.FileIO):
         try:
             return super().write(content) or 0
         except OSError as error:
-            if error.errno != errno.EPIPE:
+            if error.errno not in (errno.EPIPE, errno.EIO):  # EIO: the terminal was closed
                 Outlet.failure = error.strerror or str(error)
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self.fileno())
@@ -41,7 +41,7 @@ def outlet(stream: Any) -> Any:
     return io.TextIOWrapper(
         file if buffer is getattr(buffer, "raw", buffer) else io.BufferedWriter(file),
         encoding=stream.encoding,
-        errors=stream.errors,
+        errors="backslashreplace",  # what the terminal has no signs for
         line_buffering=stream.line_buffering,
         write_through=stream.write_through,
     )

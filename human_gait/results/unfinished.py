@@ -7,6 +7,8 @@ import os
 import platform
 import secrets
 import shutil
+import tempfile
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -30,6 +32,15 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR)) from None
+
+
+def refuges(name: str) -> Iterator[Path]:
+    """Yield new places for what cannot be written where it should be; who has room stays at one."""
+    for base in (tempfile.gettempdir, lambda: "/var/tmp", Path.home, Path.cwd):
+        with suppress(OSError, RuntimeError):
+            place = Path(tempfile.mkdtemp(prefix="human-gait-", dir=base()))
+            yield place / name
+            shutil.rmtree(place, ignore_errors=True)  # there was none
 
 
 def is_folder(path: Path) -> bool:

@@ -9,7 +9,7 @@ from human_gait.scenario.limits import DofRange, Limits
 from human_gait.scenario.person import Load, Subject
 from human_gait.scenario.problem import Discretisation, Ground, Objective, Posture, Tolerances
 from human_gait.scenario.step import Phases, Walk
-from human_gait.scenario.whole import STEP_HALF_ANGLE_DEG, Scenario
+from human_gait.scenario.whole import STEP_HALF_ANGLE_DEG, Scenario, lawful_name
 
 __all__ = [
     "STEP_HALF_ANGLE_DEG",
@@ -25,6 +25,7 @@ __all__ = [
     "Subject",
     "Tolerances",
     "Walk",
+    "lawful_name",
     "load_scenario",
     "scenario_file",
     "shipped_scenarios",

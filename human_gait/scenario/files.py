@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
 from human_gait import data
 from human_gait.exceptions import ScenarioError
 from human_gait.scenario.schema import nearest
-from human_gait.scenario.whole import Scenario
+from human_gait.scenario.text import read_toml
+from human_gait.scenario.whole import Scenario, lawful_name
 
 _PACKED = Path(data.__file__).parent / "scenarios"  # where an installed package has them
 _EDITED = Path(data.__file__).parents[2] / "scenarios"  # where people edit them
@@ -38,8 +38,9 @@ def load_scenario(path: str | Path) -> Scenario:
     Parameters
     ----------
     path : str or Path
-        The file; its name without ending names the scenario unless it has a key ``name``. Where
-        there is no such file, the name of a scenario that comes with the package, ``"normal"``.
+        The file; its name without ending names the scenario unless it has a key ``name``, with
+        hyphens for signs that names cannot have (`lawful_name`). Where there is no such file, the
+        name of a scenario that comes with the package, ``"normal"``.
 
     Returns
     -------
@@ -53,7 +54,7 @@ def load_scenario(path: str | Path) -> Scenario:
     """
     source = scenario_file(path)
     try:
-        return Scenario.from_dict({"name": source.stem, **_read_toml(source)})
+        return Scenario.from_dict({"name": lawful_name(source.stem), **_read_toml(source)})
     except ScenarioError as error:
         raise error.found_in(str(source)) from None
 
@@ -74,15 +75,9 @@ def _is_file(path: Path) -> bool:
 
 def _read_toml(path: Path) -> dict[str, Any]:
     try:
-        content = path.read_bytes()
+        return read_toml(path)
     except (OSError, ValueError) as error:  # ValueError: a path with a null character
         reason = error.strerror if isinstance(error, OSError) else error
         missing = isinstance(error, FileNotFoundError) and path.name == str(path)
         hint = _hint(path.stem) if missing else ""
         raise ScenarioError("", f"cannot be read: {reason}{hint}") from None
-    try:
-        return tomllib.loads(content.decode("utf-8-sig"))
-    except UnicodeDecodeError:
-        raise ScenarioError("", "is not a text file in UTF-8") from None
-    except (ValueError, RecursionError) as error:
-        raise ScenarioError("", f"is not TOML: {error}") from None

@@ -15,6 +15,7 @@ from human_gait.scenario.values import checked
 
 TRANSLATION_DOFS = ("pelvis_tz", "pelvis_tx", "pelvis_ty")
 NOT_FROZEN = {"pelvis_tz", "pelvis_ty"}
+_MOST_NAMES = 100  # to look up the meaning of each unknown one takes time
 
 
 def range_rule(name: str) -> dict[str, Any]:
@@ -73,6 +74,8 @@ class Limits(Section):
         """Make the section from the list ``frozen`` and one range per further key."""
         if not isinstance(table, Mapping):
             raise ScenarioError("limits", "must be a table of joint ranges", table)
+        if len(table) > _MOST_NAMES:
+            raise ScenarioError("limits", f"has {len(table)} keys, a body has fewer joints")
         errors: list[ScenarioError] = []
         frozen: tuple[str, ...] = ()
         ranges = []
@@ -122,6 +125,8 @@ class Limits(Section):
 def _names(value: object) -> tuple[str, ...]:
     if not isinstance(value, list | tuple) or not all(isinstance(name, str) for name in value):
         raise ScenarioError("limits.frozen", "must be a list of names of DOF", value)
+    if len(value) > _MOST_NAMES:
+        raise ScenarioError("limits.frozen", f"has {len(value)} names, a body has fewer joints")
     return tuple(value)
 
 
@@ -129,6 +134,8 @@ def _ranges(value: object) -> tuple[DofRange, ...]:
     if not isinstance(value, list | tuple) or not all(isinstance(one, DofRange) for one in value):
         words = 'must be a list of ranges, such as [DofRange("knee_flexion_r", 0, 70)]'
         raise ScenarioError("limits.ranges", words, value)
+    if len(value) > _MOST_NAMES:
+        raise ScenarioError("limits.ranges", f"has {len(value)} ranges, a body has fewer joints")
     return tuple(value)
 
 

@@ -12,6 +12,7 @@ from human_gait.scenario.schema import Section, section
 
 MIRRORED_CONTROL_POINTS = 6  # per DOF; three of them repeat the first three
 MIRRORED_BY_DEFAULT = 7  # with fewer the ends of the step are too stiff for most walks
+MANY_CONTROL_POINTS = 20  # of more, splines are free between 20 instants: intervals follow
 
 
 @section
@@ -45,6 +46,7 @@ class Discretisation(Section):
         12,
         400,
         default=20,
+        default_words=f"20, above {MANY_CONTROL_POINTS} control points two to each spline piece",
     )
     dynamics_per_interval: int = number(
         "how often torques and balance are looked at in each interval",
@@ -65,10 +67,16 @@ class Discretisation(Section):
 
     @classmethod
     def with_defaults(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return `table` with clamped splines where there are too few control points to mirror."""
+        """Return `table` with what follows from the number of control points.
+
+        Few are too few to mirror; many need more instants to be held at.
+        """
         n = table.get("control_points", cls.control_points)
-        few = isinstance(n, Integral) and n < MIRRORED_BY_DEFAULT  # a wrong type is told later
-        return {"periodicity": "velocity" if few else "acceleration", **table}
+        if not isinstance(n, Integral):
+            return table  # to be told later
+        periodicity = "velocity" if n < MIRRORED_BY_DEFAULT else "acceleration"
+        intervals = cls.intervals if n <= MANY_CONTROL_POINTS else 2 * (min(int(n), 60) - 3)
+        return {"periodicity": periodicity, "intervals": intervals, **table}
 
     @property
     def mirrored(self) -> bool:
@@ -208,10 +216,11 @@ class Objective(Section):
 
 @section
 class Posture(Section):
-    """How far the upper body may depart from upright, with hanging arms.
+    """How far the upper body may depart from upright, with hanging arms, and the swinging knee.
 
     Eq. 18 alone swings pelvis and spine much further than people do (they: 2 to 5 deg), and the
-    arms like a runner's: a light limb costs next to nothing.
+    arms like a runner's: a light limb costs next to nothing. A knee that cannot bend by 60 deg, in
+    an orthosis or a cast, has no walk unless ``swing_knee`` is ``free``.
     """
 
     pelvis_deg: float = number(
@@ -245,4 +254,11 @@ class Posture(Section):
         180.0,
         default=20.0,
         source="assumed, each arm joint",
+    )
+    swing_knee: str = choice(
+        "bent: the swinging knee bends by 60 deg at mid-swing; free: as far as it likes",
+        "bent",
+        "free",
+        default="bent",
+        source="bent: Eq. 25",
     )

@@ -115,6 +115,7 @@ DIMENSIONS = {
 """Dimension by the unit of a setting; settings in other units are plain numbers."""
 
 _NUMBER = r"(?:[0-9]{1,12}(?:\.[0-9]{0,15})?|\.[0-9]{1,15})(?:[eE][-+]?[0-9]{1,2})?"
+_LONGEST = 100  # signs of a quantity: of more the expressions take for ever
 _TYPED = {"'": "'\u2032\u2019", '"': '"\u2033\u201d', "-": "-\u2212"}  # signs that look alike
 _PLAIN = str.maketrans({sign: plain for plain, signs in _TYPED.items() for sign in signs})
 
@@ -137,6 +138,8 @@ def in_unit(written: str, unit: str) -> float:
         If it is no quantity at all.
     """
     wanted = DIMENSIONS[unit]
+    if len(written) > _LONGEST:
+        raise ValueError
     value = _value(written, wanted)
     if value is not None:
         return float(value)

@@ -10,6 +10,8 @@ from typing import Any, get_args, get_origin
 from human_gait.exceptions import ScenarioError
 from human_gait.scenario.units import DIMENSIONS, QuantityError, in_unit
 
+_LONGEST_VECTOR = 3
+
 
 def checked(key: str, value: object, kind: Any, rule: Mapping[str, Any]) -> Any:
     """Return `value` as `kind` if the rule of its setting allows it.
@@ -62,8 +64,8 @@ def _in_its_unit(value: object, rule: Mapping[str, Any]) -> object:
     unit = rule.get("unit")
     if unit not in DIMENSIONS:
         return value
-    if isinstance(value, list | tuple):
-        return [_in_its_unit(part, rule) for part in value]
+    if isinstance(value, list | tuple) and len(value) <= _LONGEST_VECTOR:
+        return [in_unit(part, unit) if isinstance(part, str) else part for part in value]
     return in_unit(value, unit) if isinstance(value, str) else value
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+import unicodedata
 from collections.abc import Iterator, Mapping
 from dataclasses import field
 from typing import Any, ClassVar, Self
@@ -22,6 +24,21 @@ STEP_HALF_ANGLE_DEG = 35.0  # hip extension limit 30 deg + rising onto the toes,
 UNNAMED = "scenario"
 """Name of a scenario that was given none."""
 
+_LONGEST_NAME = 100
+_NAME = rf"\w[\w .+-]{{0,{_LONGEST_NAME - 1}}}"
+
+
+def lawful_name(text: str) -> str:
+    """Return a name that a scenario may have for one that it may not: ``walk-1`` for ``walk (1)``.
+
+    Signs that are no letters or digits become hyphens.
+    """
+    if re.fullmatch(_NAME, text):
+        return text
+    plain = re.sub(r"[\s-]*[^\w .+-][^\w.+]*", "-", unicodedata.normalize("NFC", text))
+    cut = plain.lstrip(" .+-")[:_LONGEST_NAME]
+    return cut.rstrip(" .+-") or UNNAMED
+
 
 @section
 class Scenario(Section):
@@ -39,8 +56,8 @@ class Scenario(Section):
 
     name: str = text(
         "what the result is called",
-        r"\w[\w .+-]*",
-        "a name of letters, digits, '_', '-', '.' and blanks",
+        _NAME,
+        f"a name of at most {_LONGEST_NAME} letters, digits, '_', '-', '.' and blanks",
         default_words="the name of the file",
     )
     walk: Walk

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import shlex
 import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
 from human_gait.exceptions import GaitError
 from human_gait.results.folder import whole_file
-from human_gait.scenario import Scenario, load_scenario, scenario_file
+from human_gait.scenario import Scenario, lawful_name, load_scenario, scenario_file
 from human_gait.scenario.schema import Section
 from human_gait.settings.editors import SCHEMA_FILE
 from human_gait.settings.records import Setting, all_settings, as_text
@@ -52,7 +53,7 @@ def write_scenario(
     GaitError
         If the file exists, the template cannot be read or the name is not allowed.
     """
-    name = name.removesuffix(_ENDING) or (out.stem if out else "walk")
+    name = name.removesuffix(_ENDING) or (lawful_name(out.stem) if out else "walk")
     target = out or Path(f"{name}{_ENDING}")
     content = scenario_text(name, target, template)
     if os.path.lexists(target) and not force:
@@ -66,7 +67,9 @@ def scenario_text(name: str, target: Path, template: str = "") -> str:
     """Return the text of a scenario file, to be written as `target`, that explains all of it."""
     scenario = load_scenario(template or USUAL).replace(name=name)
     lines = [f"#:schema {SCHEMA_FILE.as_uri()}", *_head(target, template), ""]
-    lines += _setting(next(all_settings()), as_text(name), as_usual=name == target.stem)
+    lines += _setting(
+        next(all_settings()), as_text(name), as_usual=name == lawful_name(target.stem)
+    )
     for section in Scenario.sections():
         lines += ["", "", *_section(scenario, section)]
     return "\n".join(lines) + "\n"
@@ -74,13 +77,16 @@ def scenario_text(name: str, target: Path, template: str = "") -> str:
 
 def _head(target: Path, template: str) -> Iterator[str]:
     yield from _leading_comment(template) if template else ()
-    yield f"# Predict this walk: human-gait predict {target}"
+    named = str(target) if str(target).isprintable() else "FILE"  # a comment is one line of text
+    yield f"# Predict this walk: human-gait predict {shlex.quote(named)}"
     yield from _HOW_TO
 
 
 def _leading_comment(template: str) -> Iterator[str]:
     """Yield what the template says of itself ahead of its settings."""
-    for line in scenario_file(template).read_text(encoding="utf-8-sig").splitlines():
+    file = scenario_file(template)
+    text = file.read_text(encoding="utf-8-sig") if file.is_file() else ""  # a pipe is read once
+    for line in text.splitlines():
         if not line.startswith("#"):
             break
         if not line.startswith("#:"):

@@ -7,13 +7,12 @@ outside of what people do.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from human_gait.body.limits import joint_limits
-from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, GRAVITY, in_words, index
+from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, GRAVITY, in_words
 from human_gait.checks.check import Check, Kind
+from human_gait.problem.impossible import Suggestion, impossible, rounded_up
 from human_gait.problem.program import GaitProgram
 from human_gait.problem.violation import Violation
 from human_gait.scenario import STEP_HALF_ANGLE_DEG, Scenario
@@ -31,27 +30,6 @@ BMI = (15.0, 45.0)  # [kg/m^2]
 HEAVY_LOAD = 0.5  # [of body mass]
 
 _PART = 0.3  # of the largest partial of a row: what can move it
-
-
-@dataclass(frozen=True)
-class Suggestion:
-    """Something to try.
-
-    Attributes
-    ----------
-    key : str
-        Setting of the scenario, or option of the command line.
-    change, because : str
-        What to do with it, and the numbers of this solve that say so.
-    """
-
-    key: str
-    change: str
-    because: str
-
-    def __str__(self) -> str:
-        """Return ``key: change (because)``."""
-        return f"{self.key}: {self.change} ({self.because})"
 
 
 def amount(value: float, unit: str) -> str:
@@ -83,7 +61,7 @@ def violation_text(violation: Violation, step_time: float) -> str:
 def check_text(check: Check, step_time: float) -> str:
     """Return what a check found, what it allows and when, in one line."""
     found, allowed = amount(check.value, check.unit), amount(check.limit, check.unit)
-    return f"{check.name}: {found} {_when(check.time, step_time)}, allowed {allowed}"
+    return f"{check.told}: {found} {_when(check.time, step_time)}, allowed {allowed}"
 
 
 def _when(time: float, step_time: float) -> str:
@@ -113,36 +91,29 @@ def suggestions(program: GaitProgram, solution: Solution, checks: list[Check]) -
     checks : list of Check
         Of its gait, passed or not.
     """
-    if solution.interrupted:
-        return [Suggestion("predict", "let it run to its end", "the solve was interrupted")]
     scenario, broken = program.scenario, not_kept(program.scenario, solution.violations)
+    known = impossible(scenario, program.functions.walker, program.basis)
+    if solution.interrupted and not known:
+        return [Suggestion("predict", "let it run to its end", "the solve was interrupted")]
     failed = [check for check in checks if not check.passed]
-    found = [*_knee(scenario), *_pace(scenario), *_reach(scenario), *_body(scenario)]
+    found = [*known, *_pace(scenario), *_reach(scenario), *_body(scenario)]
     if broken:
-        found += _held(program, solution, broken[0]) if not any(_knee(scenario)) else []
+        found += _held(program, solution, broken[0]) if not known else []
         found += _resolution(program, broken[0])
     found += [*_periodicity(scenario, failed), *_passing(scenario, failed)]
     found += _between(program, solution, failed)
     found += _friction(program, failed) if not found else []
     if broken and not found:
         found += _relaxed(broken[0], scenario)
-    return [*found, *_solver(solution, broken, bool(found))]
+    return _once([*found, *_solver(solution, broken, bool(found))])
 
 
-def _knee(scenario: Scenario) -> Iterator[Suggestion]:
-    """Find limits that exclude the knee of 60 deg of Eq. (25)."""
-    lower, upper = (limit[index("knee_flexion_r")] for limit in joint_limits(scenario))
-    low, high = np.rad2deg(lower), np.rad2deg(upper)
-    tolerance = scenario.tolerances.knee_flexion_deg
-    if low <= 60.0 + tolerance and high >= 60.0 - tolerance:
-        return
-    because = f"mid-swing needs 60 +- {tolerance:g} deg, Eq. (25); the knee has {low:g} to {high:g}"
-    frozen = [name for name in scenario.limits.frozen if name.startswith("knee_flexion")]
-    if frozen:
-        yield Suggestion("limits.frozen", f"leave out {', '.join(frozen)}", because)
-    for limited in scenario.limits.ranges:
-        if limited.name.startswith("knee_flexion"):
-            yield Suggestion(f"limits.{limited.name}", "a range with 60 deg in it", because)
+def _once(found: list[Suggestion]) -> list[Suggestion]:
+    """Return one suggestion for each setting, the first."""
+    first: dict[str, Suggestion] = {}
+    for one in found:
+        first.setdefault(one.key, one)
+    return list(first.values())
 
 
 def _pace(scenario: Scenario) -> Iterator[Suggestion]:
@@ -186,7 +157,8 @@ def _body(scenario: Scenario) -> Iterator[Suggestion]:
     subject, load = scenario.subject, scenario.load.mass
     bmi = subject.mass / subject.stature**2
     if not BMI[0] <= bmi <= BMI[1]:
-        low, high = (bound * subject.stature**2 for bound in BMI)
+        allowed = subject.rule("mass")["range"]
+        low, high = np.clip([bound * subject.stature**2 for bound in BMI], *allowed)
         because = f"{subject.mass:g} kg at {subject.stature:g} m is a BMI of {bmi:.0f} kg/m^2"
         yield Suggestion("subject.mass", f"{low:.0f} to {high:.0f} at this stature", because)
     if load > HEAVY_LOAD * subject.mass:
@@ -197,11 +169,15 @@ def _body(scenario: Scenario) -> Iterator[Suggestion]:
 def _held(program: GaitProgram, solution: Solution, worst: Violation) -> Iterator[Suggestion]:
     """Find limits of the scenario that joints would have to pass to keep the worst row."""
     limits = program.scenario.limits
-    for name, bound in _against_limits(program, solution, worst):
+    found = _against_limits(program, solution, worst)
+    frozen = [name for name, _ in found if name in limits.frozen]
+    if frozen:
+        joints = ", ".join(map(in_words, frozen))
+        because = f"{joints}, held at 0, in the way of {worst.what}"
+        yield Suggestion("limits.frozen", f"leave out {', '.join(frozen)}", because)
+    for name, bound in found:
         because = f"{in_words(name)}, held at {bound}, is in the way of {worst.what}"
-        if name in limits.frozen:
-            yield Suggestion("limits.frozen", f"leave out {name}", because)
-        elif name in {limited.name for limited in limits.ranges}:
+        if name in {limited.name for limited in limits.ranges}:
             yield Suggestion(f"limits.{name}", "a wider range", because)
 
 
@@ -248,12 +224,12 @@ def _resolution(program: GaitProgram, worst: Violation) -> Iterator[Suggestion]:
 
 def _between(program: GaitProgram, solution: Solution, failed: list[Check]) -> Iterator[Suggestion]:
     """Find what is kept at the instants of the grid, not between them."""
-    if not solution.converged:
+    grid, pieces = program.scenario.discretisation, program.basis.n_pieces
+    if not (solution.converged or pieces > grid.intervals):
         return
     names = ", ".join(check.name for check in failed if check.kind is Kind.INSTANTS)
     if not names:
         return
-    grid = program.scenario.discretisation
     because = f"kept at {len(program.times)} instants, not between them: {names}"
     most = int(grid.rule("intervals")["range"][1])
     if grid.intervals < most:
@@ -280,13 +256,16 @@ def _passing(scenario: Scenario, failed: list[Check]) -> Iterator[Suggestion]:
 
 def _friction(program: GaitProgram, failed: list[Check]) -> Iterator[Suggestion]:
     """Find a floor too slippery; shorter steps need less friction."""
-    scenario = program.scenario
-    for check in failed:
-        if check.kind is Kind.FRICTION:
-            because = f"{check.value:.2f} of friction is needed, the floor gives {check.limit:g}"
-            now = scenario.walk.step_length
-            yield Suggestion("walk.step_length", f"shorter than {now:g} m", because)
-            yield Suggestion("ground.friction", f"at least {check.value:.2f}", because)
+    slips = [check for check in failed if check.kind is Kind.FRICTION]
+    if not slips:
+        return
+    worst, scenario = max(slips, key=lambda check: check.value), program.scenario
+    because = f"{worst.value:.2f} of friction is needed, the floor gives {worst.limit:g}"
+    now, shortest = scenario.walk.step_length, scenario.walk.rule("step_length")["range"][0]
+    if now > shortest:
+        yield Suggestion("walk.step_length", f"shorter than {now:g} m", because)
+    if worst.value <= scenario.ground.rule("friction")["range"][1]:
+        yield Suggestion("ground.friction", f"at least {rounded_up(worst.value)}", because)
 
 
 def _relaxed(worst: Violation, scenario: Scenario) -> list[Suggestion]:

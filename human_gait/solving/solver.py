@@ -15,12 +15,15 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from human_gait.arrays import FloatArray
+from human_gait.checks.contents import OWN_COST
 from human_gait.exceptions import UnsupportedProgram
 from human_gait.problem.drake import Stage
+from human_gait.problem.objective import objective
 from human_gait.problem.program import GaitProgram
 from human_gait.problem.violation import Violation
 from human_gait.solving.drake_solvers import SOLVERS, duals_of, refuse, solve_program, status_of
 from human_gait.solving.watch import FEASIBLE, Interrupted, Iterate, Watch, watched
+from human_gait.stopping import TIME_LIMIT, checked_limit, outermost
 from human_gait.values import Value
 from human_gait.walk.gait import Gait
 
@@ -44,7 +47,8 @@ class Solution(Value):
         Whether the solver says that its point is feasible and optimal, and the point is feasible.
         SNOPT's 3 counts: optimal to within a hundred times its tolerance, and no nearer to be had.
     interrupted : bool
-        Whether the user asked to stop; after the last evaluation that changes nothing else.
+        Whether the user or a signal asked to stop; after the last evaluation that changes nothing
+        else.
     solver, status : str
     iterations, evaluations : int
         Newton steps, or for the other solvers, which do not tell, points evaluated; times that the
@@ -138,7 +142,7 @@ def _without_steps(free: FloatArray, status: str) -> End:
     return End(None, free, True, status, iterations=0)
 
 
-def solve(
+def solve(  # noqa: PLR0913, options that are given by name
     program: GaitProgram,
     solver: str = "newton",
     start: FloatArray | None = None,
@@ -146,6 +150,8 @@ def solve(
     guess: FloatArray | None = None,
     weights: tuple[float, float] | None = None,
     multipliers: Mapping[str, FloatArray] | None = None,
+    *,
+    time_limit: float | None = TIME_LIMIT,
 ) -> Solution:
     """Solve a program.
 
@@ -166,16 +172,22 @@ def solve(
     multipliers : mapping of str to array, optional
         Of a walk like this one (`Solution.multipliers`), whose control points are the start: for
         ``newton``, which then starts warm. BLAS uses one thread while a program is solved.
+    time_limit : float or None, [s]
+        When it ends at the latest; None for never. As a part of a prediction it has the limit of
+        that.
 
     Returns
     -------
     Solution
-        Also when the solver fails or is interrupted (Ctrl-C): then with its best point.
+        Also when the solver fails, is interrupted (Ctrl-C) or has no time left: then with its best
+        point.
 
     Raises
     ------
+    KeyboardInterrupt
+        If it is interrupted before there is anything to keep.
     ValueError
-        If there is no such solver.
+        If there is no such solver or time limit.
     UnsupportedProgram
         If something was added to the program that the solver cannot honour.
     """
@@ -190,12 +202,15 @@ def solve(
             "taken out, the scenario's tolerances and limits widen them"
         )
     # matrices of some hundred rows are done before more threads have started
-    with watched(program, tell) as watch, threadpool_limits(1, "blas"):
+    limit = checked_limit(time_limit) if outermost() else None
+    with watched(program, tell, limit) as watch, threadpool_limits(1, "blas"):
         return _stages(program, solver, watch, _Start(start, guess, weights, multipliers))
 
 
 def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None) -> FloatArray:
     """Return the posture path that the torque stage starts from first, (m * 55,), by SNOPT.
+
+    Where there is no time for all of it, as far as it came.
 
     Raises
     ------
@@ -206,10 +221,10 @@ def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None)
         try:
             path = posture_path(program, "snopt", program.guess(), POSTURE).free
         except (Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
-            if not watch.stop:
+            if not watch.left:
                 raise
-            raise KeyboardInterrupt from None
-    if watch.stop:  # asked for after the last evaluation
+            path = watch.best.free if watch.best else program.guess()
+    if watch.run.asked.signal:  # at any time, also after the last evaluation
         raise KeyboardInterrupt
     return path
 
@@ -249,11 +264,11 @@ def _stages(program: GaitProgram, solver: str, watch: Watch, given: _Start) -> S
         if end.iterations is not None and before.iterations is not None:
             end = replace(end, iterations=before.iterations + end.iterations)
     except (Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
-        if not watch.stop:
+        if not watch.left:
             raise
         if watch.best is None:  # asked to stop before there was anything to keep
             raise KeyboardInterrupt from None
-        end = before = End(None, watch.best.free, False, "interrupted")
+        end = before = End(None, watch.best.free, False, watch.left)
     return _solution(program, solver, end, watch, before.free)
 
 
@@ -273,10 +288,11 @@ def _solution(
         free, cost = watch.best.free, watch.best.cost
         violations = program.violations(free)
     converged = end.solved and feasible
+    found = {"solver": solver, "status": status, "cost": cost, "wall_time_s": wall_time}
     return Solution(
-        program.gait(free, solver=solver, status=status, cost=cost, wall_time_s=wall_time),
+        program.gait(free, **found, **_own_cost(program, free, cost)),
         converged,
-        watch.stop,
+        bool(watch.run.asked.signal),
         solver,
         status,
         iterations,
@@ -299,6 +315,12 @@ def _judged(program: GaitProgram, end: End) -> tuple[list[Violation], float]:
     if not np.all(np.isfinite(end.free)):
         raise ValueError("the solver ended at what is no number")
     return program.violations(end.free, end.x), program.total_cost(end.free, end.x)
+
+
+def _own_cost(program: GaitProgram, free: FloatArray, cost: float) -> dict[str, float]:
+    """Return what of a cost is of one's own, if any: no file has the functions that it is of."""
+    scenarios = program.functions.cost(objective(program.scenario), free)[0]
+    return {OWN_COST: cost - scenarios} if cost != scenarios else {}
 
 
 def _largest(violations: list[Violation]) -> float:

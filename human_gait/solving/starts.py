@@ -34,6 +34,7 @@ from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import POSTURE, Solution, solve
 from human_gait.solving.warm_start import stretched
 from human_gait.solving.watch import FEASIBLE, Iterate
+from human_gait.stopping import running, under_way
 from human_gait.walk.gait_file import make_record
 
 Tell = Callable[[Iterate], None]
@@ -138,8 +139,8 @@ def climb(
     Returns
     -------
     list of Attempt
-        In the order they were made; the last one is a walk, or all have failed. An interruption
-        ends it with what there is.
+        In the order they were made; the last one is a walk, or all have failed. A run that is over
+        (`stopping`) ends it with what there is.
 
     Raises
     ------
@@ -150,17 +151,18 @@ def climb(
     """
     rungs = own_starts(program, solver, seed, guess)
     if start is not None:
-        run = partial(solve, program, solver, start.point, multipliers=start.multipliers)
-        rungs = chain([(start.name, run)], () if start.alone else rungs)
+        given = partial(solve, program, solver, start.point, multipliers=start.multipliers)
+        rungs = chain([(start.name, given)], () if start.alone else rungs)
     attempts: list[Attempt] = []
-    try:
-        for attempt in chain.from_iterable(_taken(program, *rung, tell) for rung in rungs):
-            attempts.append(attempt)
-            if attempt.success or attempt.solution.interrupted:
-                break
-    except KeyboardInterrupt:
-        if not attempts:
-            raise
+    with running() as run, run.asked.held():  # nothing is lost between a solve and its being noted
+        try:
+            for attempt in chain.from_iterable(_taken(program, *rung, tell) for rung in rungs):
+                attempts.append(attempt)
+                if attempt.success or attempt.solution.interrupted or run.over:
+                    break
+        except KeyboardInterrupt:  # of a solve that had nothing to keep
+            if not attempts:
+                raise
     return attempts
 
 
@@ -249,7 +251,7 @@ def continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> So
         if guess is not None:
             guess = stretched(guess, task.walk.step_length / step_length)
         solution = solve(stride, solver, tell=tell, guess=guess)
-        if solution.interrupted and share < 1.0:
+        if share < 1.0 and (solution.interrupted or under_way().over):
             raise KeyboardInterrupt  # another walk is nothing to keep
         spent.append(solution)
         guess, step_length = solution.gait.free, task.walk.step_length

@@ -8,9 +8,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from human_gait.checks.check import Check
+from human_gait.body.limits import mirrored_limits
+from human_gait.checks.check import NO_LIMIT, Check
 from human_gait.checks.verification import verify
 from human_gait.problem.program import GaitProgram
+from human_gait.settings.departures import departures
 from human_gait.solving.diagnosis import check_text, not_kept, suggestions, violation_text
 from human_gait.solving.shadow_prices import influences
 from human_gait.solving.solver import Solution
@@ -69,6 +71,8 @@ def summary_content(kept: Attempt, attempts: list[Attempt], seed: int) -> dict[s
         "step_length_m": scenario.walk.step_length,
         "body_mass_kg": scenario.subject.mass,
         "load_kg": scenario.load.mass,
+        "limits_by_symmetry": mirrored_limits(scenario),
+        "settings_that_move_limits": [asdict(one) for one in departures(scenario)],
         "scenario": scenario.to_dict(),
         "versions": {"python": platform.python_version()}
         | {package: version(package) for package in PACKAGES},
@@ -91,8 +95,15 @@ def _attempt(attempt: Attempt) -> dict[str, Any]:
 
 
 def checks_content(checks: list[Check]) -> dict[str, dict[str, Any]]:
-    """Return the checks by name, and whether each is passed."""
-    return {check.name: {**asdict(check), "passed": check.passed} for check in checks}
+    """Return the checks by name, and whether each is passed; a note has no limit (null)."""
+    return {
+        check.name: {
+            **asdict(check),
+            "limit": None if check.limit == NO_LIMIT else check.limit,
+            "passed": check.passed,
+        }
+        for check in checks
+    }
 
 
 def diagnosis_content(attempt: Attempt) -> dict[str, Any]:

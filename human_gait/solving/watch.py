@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,6 +10,7 @@ from dataclasses import dataclass
 from human_gait.arrays import FloatArray
 from human_gait.problem.program import GaitProgram
 from human_gait.problem.violation import Violation
+from human_gait.stopping import Run, running
 from human_gait.values import Value
 
 FEASIBLE = 1e-4
@@ -49,7 +48,7 @@ class Iterate(Value):
 
 
 class Interrupted(Exception):
-    """Leave the solver: the user wants to stop."""
+    """Leave the solver: it was asked to stop, or its time is over."""
 
 
 class Watch:
@@ -61,17 +60,22 @@ class Watch:
         What is solved now, as in `Iterate`.
     count : int
     best : Iterate or None
-    stop : bool
-        Whether the user asked to stop: the next evaluation raises `Interrupted`.
+    run : Run
+        If it is over the next evaluation raises `Interrupted`; for want of time not before there is
+        a point to keep.
+    left : str
+        Why the solver was left so; empty if it was not.
     """
 
-    def __init__(self, program: GaitProgram, tell: Callable[[Iterate], None] | None) -> None:
-        self.program, self.tell = program, tell
+    def __init__(
+        self, program: GaitProgram, tell: Callable[[Iterate], None] | None, run: Run
+    ) -> None:
+        self.program, self.tell, self.run = program, tell, run
+        self.left = ""
         self.started = time.perf_counter()
         self.stage = "posture"
         self.count = 0
         self.best: Iterate | None = None
-        self.stop = False
 
     @property
     def elapsed(self) -> float:
@@ -80,7 +84,8 @@ class Watch:
 
     def __call__(self, free: FloatArray) -> None:
         """Take note of a point that is evaluated."""
-        if self.stop:
+        if self.run.asked.signal or (self.best is not None and self.run.over):
+            self.left = self.run.over
             raise Interrupted
         self.count += 1
         cost = self.program.total_cost(free)
@@ -98,28 +103,19 @@ def _rank(iterate: Iterate) -> tuple[float, float]:
 
 
 @contextmanager
-def watched(program: GaitProgram, tell: Callable[[Iterate], None] | None = None) -> Iterator[Watch]:
-    """Yield the watch of a program; Ctrl-C stops it at its next evaluation, not the process."""
-    watch = Watch(program, tell)
-    program.functions.watched_by(watch)
-    try:
-        with _interruptible(watch):
+def watched(
+    program: GaitProgram,
+    tell: Callable[[Iterate], None] | None = None,
+    time_limit: float | None = None,
+) -> Iterator[Watch]:
+    """Yield the watch of a program; Ctrl-C stops it at its next evaluation, not the process.
+
+    So does whatever else ends the run (`stopping`), and the time limit [s].
+    """
+    with running(time_limit) as run, run.asked.held():
+        watch = Watch(program, tell, run)
+        program.functions.watched_by(watch)
+        try:
             yield watch
-    finally:
-        program.functions.observe = None
-
-
-@contextmanager
-def _interruptible(watch: Watch) -> Iterator[None]:
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def ask_to_stop(*_: object) -> None:
-        watch.stop = True
-
-    before = signal.signal(signal.SIGINT, ask_to_stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+        finally:
+            program.functions.observe = None

@@ -128,6 +128,11 @@ class Gait(Uses, Value):
         return np.linspace(0.0, self.step_time, n + 1)
 
     @cached_property
+    def fine_samples(self) -> Samples:
+        """What scenario and control points give at `fine_times`; nobody can write to it."""
+        return self.step_samples(self.fine_times).frozen()
+
+    @cached_property
     def cycle(self) -> Cycle:
         """How the walk goes on after the step, Eq. (26)."""
         return step_cycle(self.scenario.walk)
@@ -200,6 +205,20 @@ class Gait(Uses, Value):
         motion = self.basis.matrix(within, order) @ self.control_points
         motion = (self.cycle.turned if order else self.cycle.image)(motion, step)
         return motion if np.ndim(t) else motion[0]
+
+
+def constrained_grid(scenario: Scenario) -> tuple[FloatArray, FloatArray]:
+    """Return the instants (K,) that a walk is constrained at, and the time that each stands for.
+
+    Both in [s]. T itself is left out where it is the mirror image of 0.
+    """
+    grid, T = scenario.discretisation, scenario.walk.step_time
+    n = grid.intervals * grid.dynamics_per_interval
+    times = np.arange(n + (not grid.mirrored)) * T / n
+    spacing = np.full(len(times), T / n)
+    if not grid.mirrored:
+        spacing[[0, -1]] /= 2  # trapezoids
+    return times, spacing
 
 
 def samples(now: Instants, times: FloatArray) -> Samples:

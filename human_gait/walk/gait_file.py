@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from human_gait.arrays import FloatArray
 from human_gait.body.person import Body
@@ -31,9 +33,11 @@ Sampled at t: q, v, a, tau (joint torques with ground reaction), active (without
 torques), zmp (x, y, z), and for the right and the left foot grf, cop (centre of pressure),
 yaw_moment, toe_share (of force and moment) and points (heel, ball_medial, ball_lateral, toe).
 footholds: where these points stand. mass: of the 55 links, the load with the thorax.
-scenario and solution are JSON."""
+scenario and solution are JSON; so are digests, the sha256 of every other member."""
 _FARTHEST = 25.0  # [rad] or [m], more than joints can be allowed
 _CLOSEST = 5e-3  # of the step: two samples or more to every piece
+_DIGESTS = "digests"
+_SHOWN_NAME = 40
 _SHAPES: dict[str, tuple[int, ...]] = {  # of the samples of one instant
     **dict.fromkeys(("q", "v", "a", "tau", "active"), (N_DOF,)),
     "zmp": (3,),
@@ -56,18 +60,21 @@ class Record(Value):
         Of the links, the load with the thorax.
     footholds : (2, 4, 3) array, [m]
         Where the contact points of the right and of the left foot stand.
+    altered : tuple of str, or None
+        Members of the file that are not as they were written; None if the file cannot tell, since
+        it has no digests.
     """
 
     gait: Gait
     samples: Samples
     mass: FloatArray
     footholds: FloatArray
+    altered: tuple[str, ...] | None = ()
 
 
 def make_record(gait: Gait) -> Record:
     """Return what a gait claims: its samples, its body and its footholds."""
-    samples = gait.step_samples(gait.fine_times)
-    return Record(gait, samples, carried_mass(gait.body), gait.plan.footholds)
+    return Record(gait, gait.fine_samples, carried_mass(gait.body), gait.plan.footholds)
 
 
 def carried_mass(body: Body) -> FloatArray:
@@ -79,23 +86,40 @@ def carried_mass(body: Body) -> FloatArray:
 
 def save_gait(gait: Gait, folder: Path) -> None:
     """Write a gait, and its samples for readers without this package, to ``gait.npz``."""
-    record = make_record(gait)
-    arrays = {item.name: getattr(record.samples, item.name) for item in fields(Samples)}
+    members: dict[str, Any] = sealed(members_of(make_record(gait)))
     with (folder / GAIT_FILE).open("wb") as file:
-        np.savez_compressed(
-            file,
-            format=FORMAT,
-            about=_ABOUT,
-            scenario=json.dumps(gait.scenario.to_dict()),
-            solution=json.dumps(plain(gait.solution)),
-            dof_names=np.array(DOF_NAMES),
-            breaks=gait.breaks,
-            knots=gait.knots,
-            control_points=gait.control_points,
-            mass=record.mass,
-            footholds=record.footholds,
-            **arrays,
-        )
+        np.savez_compressed(file, **members)
+
+
+def members_of(record: Record) -> dict[str, npt.NDArray[Any]]:
+    """Return everything that the file of a record holds but the digests, by name."""
+    gait = record.gait
+    return {
+        "format": np.array(FORMAT),
+        "about": np.array(_ABOUT),
+        "scenario": np.array(json.dumps(gait.scenario.to_dict())),
+        "solution": np.array(json.dumps(plain(gait.solution))),
+        "dof_names": np.array(DOF_NAMES),
+        "breaks": gait.breaks,
+        "knots": gait.knots,
+        "control_points": gait.control_points,
+        "mass": record.mass,
+        "footholds": record.footholds,
+        **{item.name: getattr(record.samples, item.name) for item in fields(Samples)},
+    }
+
+
+def sealed(members: Mapping[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+    """Return the members with their digests among them."""
+    digests = {name: digest(member) for name, member in members.items() if name != _DIGESTS}
+    return {**members, _DIGESTS: np.array(json.dumps(digests))}
+
+
+def digest(member: npt.NDArray[Any]) -> str:
+    """Return the sha256 of an array: of its type, its shape and its content."""
+    content = hashlib.sha256(f"{member.dtype.str} {member.shape}".encode())
+    content.update(np.ascontiguousarray(member).tobytes())
+    return content.hexdigest()
 
 
 def load_gait(folder: str | Path) -> Gait:
@@ -118,7 +142,7 @@ def load_record(folder: str | Path) -> Record:
         As for `load_gait`. Numbers that are merely wrong are left to `verification`.
     """
     with opened(folder_of(folder) / GAIT_FILE, "a gait") as file:
-        return _restored(file)
+        return restored(file)
 
 
 def folder_of(result: str | Path) -> Path:
@@ -127,14 +151,41 @@ def folder_of(result: str | Path) -> Path:
     return path.parent if path.name == GAIT_FILE and not path.is_dir() else path
 
 
-def _restored(file: Mapping[str, Any]) -> Record:
+def restored(file: Mapping[str, Any]) -> Record:
+    """Return the gait that the members of a file make, and what they claim about it.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If one is missing, is not what it should be, or contradicts another.
+    ScenarioError
+        If the scenario cannot be used.
+    """
     if (found := text(file, "format")) != FORMAT:
         raise ValueError(f"format {found!r:.60}, expected {FORMAT!r}: predict it again")
     gait = _gait(file)
     if list(file["dof_names"]) != list(DOF_NAMES):
         raise ValueError("dof_names are not those of the body")
     mass, footholds = numbers(file, "mass", (N_DOF,)), numbers(file, "footholds", (2, 4, 3))
-    return Record(gait, _samples(file, gait), mass, footholds)
+    return Record(gait, _samples(file, gait), mass, footholds, _altered(file))
+
+
+def _altered(file: Mapping[str, Any]) -> tuple[str, ...] | None:
+    """Return the members that are not as they were written, or None if there are no digests.
+
+    Those that were added or taken away count, too.
+    """
+    if _DIGESTS not in file:
+        return None
+    digests = told(file, _DIGESTS)
+    if not isinstance(digests, dict):
+        return (_DIGESTS,)
+    found = {name: digest(file[name]) for name in file if name != _DIGESTS}
+    return tuple(
+        "".join(sign if sign.isprintable() else "?" for sign in name[:_SHOWN_NAME])
+        for name in sorted({*found, *digests})
+        if name not in found or found[name] != digests.get(name)
+    )
 
 
 def _gait(file: Mapping[str, Any]) -> Gait:
@@ -142,22 +193,35 @@ def _gait(file: Mapping[str, Any]) -> Gait:
     if wrong := next(faults(solution, SOLUTION_SHAPE, "solution"), ""):
         raise ValueError(wrong)
     breaks, control_points = (numbers(file, name) for name in ("breaks", "control_points"))
-    T = scenario.walk.step_time
-    if breaks.ndim != 1 or not np.allclose(breaks[[0, -1]], [0.0, T], rtol=0.0, atol=1e-9 * T):
-        raise ValueError(f"breaks do not go from 0 to the step time {T:g} s")
-    fewest = DEGREE if scenario.discretisation.mirrored else 1
+    check_splines(scenario, breaks, control_points)
     if len(breaks) + 2 != scenario.discretisation.control_points:
         raise ValueError(f"breaks of shape {breaks.shape} do not fit the control points asked for")
-    if len(breaks) <= fewest or np.any(np.diff(breaks) < _CLOSEST * T):
-        raise ValueError("breaks are too few, too close or do not increase")
-    if control_points.shape != (len(breaks) + 2, N_DOF):
-        raise ValueError(f"control_points of shape {control_points.shape} do not fit")
     if np.abs(control_points).max() > _FARTHEST:
         raise ValueError(f"control_points beyond {_FARTHEST:g} rad or m are no gait")
     gait = Gait(scenario, breaks, control_points, solution)
     if not np.allclose(numbers(file, "knots", gait.knots.shape), gait.knots, rtol=0.0, atol=1e-9):
         raise ValueError("knots do not fit the breaks")
     return gait
+
+
+def check_splines(scenario: Scenario, breaks: FloatArray, control_points: FloatArray) -> None:
+    """Refuse pieces and control points that make no splines over the step.
+
+    Raises
+    ------
+    ValueError
+        With the name of the array.
+    """
+    T = scenario.walk.step_time
+    if breaks.ndim != 1 or not breaks.size:
+        raise ValueError(f"breaks of shape {breaks.shape} are no list of times")
+    if not np.allclose(breaks[[0, -1]], [0.0, T], rtol=0.0, atol=1e-9 * T):
+        raise ValueError(f"breaks do not go from 0 to the step time {T:g} s")
+    fewest = DEGREE if scenario.discretisation.mirrored else 1
+    if len(breaks) <= fewest or np.any(np.diff(breaks) < _CLOSEST * T):
+        raise ValueError("breaks are too few, too close or do not increase")
+    if control_points.shape != (len(breaks) + 2, N_DOF):
+        raise ValueError(f"control_points of shape {control_points.shape} do not fit")
 
 
 def _samples(file: Mapping[str, Any], gait: Gait) -> Samples:
