@@ -211,7 +211,7 @@ def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> A
         save_multipliers(kept.solution.multipliers, new)
         kept = replace(kept, checks=verify(load_record(new)))
         run = under_way()
-        ended = {"time_limit_s": run.limit, "ended_by": run.over or None}
+        ended = {"time_limit_s": run.limit, "ended_by": None if kept.success else run.over or None}
         _save_json(summary_content(kept, attempts, seed) | ended, new / SUMMARY)
         with _not_needed(new / EXPLANATION, AGAIN):
             _save_json(explanation_content(kept.program, kept.solution), new / EXPLANATION)
@@ -246,7 +246,7 @@ def _draw(gait: Gait, folder: Path, told: Path, hurry: bool) -> None:
 
     `hurry` if there was one since the solve: nothing is drawn then.
     """
-    later = f"human-gait plot {told} makes it"
+    later = f"human-gait plot {told} makes them"
     try:
         with under_way().asked.heeded():
             for what, make in () if hurry else _drawn(gait, folder):
