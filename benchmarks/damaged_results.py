@@ -73,9 +73,9 @@ ODD: tuple[Callable[[random.Random], Any], ...] = (
 )
 
 
-def make(folder: Path) -> Path:
-    """Write a whole result of a quick walk."""
-    hg.predict("preferred").save(folder)
+def make_from(gait: hg.Gait, folder: Path) -> Path:
+    """Write a whole result of a gait."""
+    gait.save(folder)
     save_plots(hg.load(folder), folder)
     for command in ("verify", "compare"):
         with contextlib.redirect_stdout(io.StringIO()):
@@ -365,7 +365,7 @@ def main(cases: str = "2000", seed: str = "0") -> int:
     ends: Counter[tuple[str, int]] = Counter()
     wrong, longest = 0, 0.0
     with tempfile.TemporaryDirectory() as place:
-        whole = make(Path(place) / "whole")
+        whole = make_from(hg.predict("preferred"), Path(place) / "whole")
         for number in range(int(cases)):
             found = tried(whole, number, int(seed))
             ends[found["command"], found["code"]] += 1

@@ -273,17 +273,20 @@ def film(
         str, typer.Option(metavar="VIEW", help="From the side, the front or a quarter.")
     ] = "quarter",
     size: Annotated[
-        str, typer.Option(metavar="WxH", help="Width and height, as 480x600.", show_default=False)
+        str, typer.Option(metavar="WIDTHxHEIGHT", help="Of the film, [px].", show_default=False)
     ] = "",
 ) -> None:
     """Write a result as a film or a picture, without a browser or a screen."""
-    for given in filter(None, (folder, second)):
+    both = [folder, *([second] if second else [])]
+    for given in both:
         check_result(given)
     from rich.console import Console
     from rich.progress import Progress
 
     from human_gait.playback.film import film as write_film
     from human_gait.playback.film import size_named
+    from human_gait.walk.described import no_walk
+    from human_gait.walk.gait_file import load_gait
 
     pixels = size_named(size) if size else None
     terminal = Console(stderr=True)
@@ -294,6 +297,8 @@ def film(
             shown.update(task, completed=done, total=of)
 
         target = write_film(folder, out, view, pixels, second, tell)
+    for failed in filter(None, (no_walk(load_gait(given)) for given in both)):
+        typer.echo(f"note: {failed}", err=True)
     typer.echo(f"wrote {target}")
 
 

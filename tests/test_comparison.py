@@ -121,8 +121,8 @@ def test_what_is_no_walk_says_so_wherever_it_is_compared(tmp_path):
     assert json.loads((tmp_path / "compare.json").read_text())["no_walk"] == warning
     assert warning in str(found)
     assert repr(found).startswith(warning)
-    title = compare_figure(found.cycle, found.references, warning).get_suptitle()
-    assert title == warning
+    figure = compare_figure(found.cycle, found.references, warning)
+    assert figure.legends[0].get_title().get_text() == warning
     save_comparison(compared(), tmp_path)
     assert json.loads((tmp_path / "compare.json").read_text())["no_walk"] is None
     assert "no walk" not in str(compared())

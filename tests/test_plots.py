@@ -8,9 +8,10 @@ from walking import guessed_gait
 
 from human_gait.body.skeleton import GRAVITY
 from human_gait.pictures import plots
-from human_gait.pictures.plots import PLOTS, half_a_cycle_later, save_plots
+from human_gait.pictures.plots import PLOTS, half_a_cycle_later, plot, save_plots
 from human_gait.pictures.sticks import project, stick_figures
 from human_gait.results import names
+from human_gait.walk.described import no_walk, with_story
 from human_gait.walk.gait_cycle import gait_cycle
 
 GAIT = guessed_gait()
@@ -132,3 +133,15 @@ def test_the_legend_of_the_sticks_names_lines_and_the_caption_tells_the_times(fi
     heads = len(figure.axes[0].patches)  # one for each figure, from the first to the last instant
     every = 2000 * GAIT.step_time / (heads - 1)
     assert figure.get_supxlabel().endswith(f"a figure every {every:.0f} ms")
+
+
+@pytest.mark.parametrize("name", PLOTS)
+def test_a_picture_of_what_is_no_walk_says_so(name):
+    def said(gait):
+        figure = plot(gait, name)
+        legends = [legend.get_title().get_text() for legend in figure.legends]
+        return [text for text in (figure.get_suptitle(), *legends) if "no walk" in text]
+
+    assert said(guessed_gait()) == []
+    (warning,) = said(with_story(guessed_gait(), False, status="[red] $x_1$"))
+    assert warning == no_walk(with_story(guessed_gait(), False))

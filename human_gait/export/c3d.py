@@ -210,8 +210,13 @@ def _lines(text: str) -> list[str]:
 
 
 def _add_group(file: Any, group: str, values: dict[str, Any]) -> None:
+    """Add parameters; lists of whole numbers as such, which ezc3d would make others of."""
+    from ezc3d import ezc3d  # noqa: PLC0415, 0.2 s to import
+
     for name, value in values.items():
         file.add_parameter(group, name, value)
+        if isinstance(value, list) and isinstance(value[0], int):
+            file["parameters"][group][name]["type"] = ezc3d.INT
 
 
 def _write(file: Any, path: Path) -> None:

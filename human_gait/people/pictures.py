@@ -58,8 +58,14 @@ def compare_figure(cycle: Cycle, measured: Sequence[Reference], warning: str = "
 
 def warn_on(figure: Picture, warning: str) -> None:
     """Write above a figure what is wrong with its walk, if anything is."""
-    if warning:
-        figure.suptitle(warning, color=_WARNING, fontsize=10, fontweight="bold", parse_math=False)
+    if not warning:
+        return
+    if figure.legends:  # a title would be in its place
+        figure.legends[0].set_title(warning)
+        text = figure.legends[0].get_title()
+    else:
+        text = figure.suptitle(warning)
+    text.set(color=_WARNING, fontsize=10, fontweight="bold", parse_math=False)
 
 
 def draw_column(ax: Axes, column: str, cycle: Cycle, measured: Sequence[Reference]) -> None:
