@@ -14,6 +14,7 @@ from PIL import Image
 from solves import solved
 from walking import guessed_gait
 
+import human_gait as hg
 from human_gait import cli
 from human_gait.arguments import check_writable
 from human_gait.exceptions import ResultError
@@ -278,6 +279,22 @@ def test_an_empty_path_is_none(tmp_path, monkeypatch, capsys, words):
     assert everything_in(tmp_path) == before
 
 
+@pytest.mark.parametrize(
+    "write",
+    [
+        lambda gait: gait.save(""),
+        lambda gait: gait.export(""),
+        lambda gait: hg.report(gait, out=""),
+        lambda gait: hg.film(gait, ""),
+    ],
+)
+def test_nor_is_it_one_from_python(tmp_path, monkeypatch, write):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ResultError, match="empty path"):
+        write(guessed_gait())
+    assert list(tmp_path.iterdir()) == []
+
+
 # --- the place is tried
 
 
@@ -343,8 +360,8 @@ def test_a_refinement_is_written_beside_a_result_that_has_no_name_here(
 @pytest.mark.parametrize("call", range(len(PLOTS)))
 def test_a_disk_that_gets_full_leaves_the_old_pictures(tmp_path, monkeypatch, call):
     content, made = types.SimpleNamespace(png=lambda *_: b"gait=0123456789abcdef"), iter(range(99))
-    monkeypatch.setattr(plots, "PLOTS", {Path(name).stem: lambda _: content for name in PLOTS})
-    plots.save_plots(None, tmp_path)
+    monkeypatch.setattr(plots, "plot", lambda *_: content)
+    plots.save_plots(guessed_gait(), tmp_path)
     before, write = everything_in(tmp_path), Path.write_bytes
 
     def full(path, text):
@@ -356,6 +373,6 @@ def test_a_disk_that_gets_full_leaves_the_old_pictures(tmp_path, monkeypatch, ca
     with monkeypatch.context() as patch:
         patch.setattr(Path, "write_bytes", full)
         with pytest.raises(ResultError, match="No space left"):
-            plots.save_plots(None, tmp_path)
+            plots.save_plots(guessed_gait(), tmp_path)
     assert everything_in(tmp_path) == before
     assert set(before) == set(PLOTS)
