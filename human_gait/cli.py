@@ -9,6 +9,7 @@ Solvers, plots and viewers are imported by the command that needs them: ``--help
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -49,9 +50,11 @@ __all__ = ["BAD_INPUT", "NO_SOLUTION", "app", "main", "run"]
 
 app = typer.Typer(
     help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+
+_COMPLETION = "_HUMAN_GAIT_COMPLETE"
 
 
 def show_version(wanted: bool) -> None:
@@ -434,11 +437,18 @@ def run(arguments: Sequence[str]) -> int:
     whole = typer.main.get_command(app)
     words = list(arguments) or ["--help"]
 
-    def invoked() -> None:
+    def invoked() -> int | None:
         no_empty(words)
-        with whole.make_context("human-gait", words) as context:
+        try:
+            context = whole.make_context("human-gait", words)
+        except SystemExit as end:  # Typer's own, of completion
+            return int(end.code or 0)
+        with context:
             whole.invoke(context)
+        return None
 
+    if _COMPLETION in os.environ:  # a shell asks what could follow
+        whole.main(words, "human-gait", complete_var=_COMPLETION)
     with careful(), running(signals=JOB_SIGNALS):
         return exit_code(invoked)
 

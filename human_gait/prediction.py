@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from human_gait import console
-from human_gait.checks.folder import folder_checks
+from human_gait.checks.folder import folder_check
 from human_gait.checks.verification import verify
 from human_gait.exceptions import ResultError
 from human_gait.faults import told_of
@@ -229,11 +229,8 @@ def verify_folder(folder: Path) -> bool:
         If there is no gait that can be read.
     """
     record = load_record(folder)
-    files, wrong = folder_checks(record.gait, folder)
-    checks = [*verify(record), *files]
+    checks = [*verify(record), folder_check(record.gait, folder)]
     console.show_checks(record, checks)
-    for one in wrong:
-        console.tell(one)
     try:
         check_free(folder, [VERIFICATION])
         with whole_file(folder / VERIFICATION) as path:
@@ -249,7 +246,7 @@ def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> t
         kept, gait = save_verified(kept, seed, new)
         save_multipliers(gait, new)
         run, digest = under_way(), gait_digest(gait)
-        ended = {"time_limit_s": run.limit, "ended_by": run.over or None}
+        ended = {"time_limit_s": run.limit, "ended_by": None if kept.success else run.over or None}
         write_json(new / SUMMARY, summary_content(kept, attempts, seed) | ended, digest)
         with _not_needed(new / EXPLANATION, AGAIN):
             write_json(new / EXPLANATION, explanation_content(kept.program, kept.solution), digest)
@@ -290,7 +287,7 @@ def _draw(gait: Gait, folder: Path, told: Path, hurry: bool) -> None:
 
     `hurry` if there was one since the solve: nothing is drawn then.
     """
-    later = f"human-gait plot {told} makes it"
+    later = f"human-gait plot {told} makes them"
     try:
         with under_way().asked.heeded():
             for what, make in () if hurry else _drawn(gait, folder):

@@ -558,8 +558,8 @@ def test_pages_are_sealed_and_say_of_which_gaits_they_are(three, one_page, three
 
 
 @pytest.mark.usefixtures("one_panel")
-def test_a_gait_that_is_no_walk_says_so_whatever_the_summary_says(tmp_path, checks):
-    folder = write(tmp_path / "a", checks)
+def test_a_report_of_a_gait_that_is_no_walk_says_so_first(tmp_path, checks):
+    folder = write(tmp_path / "a", checks, success=False)
     gait = guessed_gait()
     save_gait(replace(gait, solution={**gait.solution, "success": False}), folder)
     (warning,) = html.document_fromstring(report_page([folder])).xpath("//p[@role='alert']")

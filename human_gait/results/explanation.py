@@ -56,7 +56,8 @@ def _failure(summary: dict[str, Any]) -> str:
 
 def _shapes(explanation: dict[str, Any]) -> Group:
     shapes, step_time = explanation["shapes"], float(explanation["step_time_s"])
-    table = Table(title="What shapes this walk", title_justify="left", box=SIMPLE_HEAD)
+    table = Table(title="What shapes this walk", title_justify="left", box=SIMPLE_HEAD, padding=0)
+    table.show_edge = False  # a row has room in 80 columns
     for column in ("bound", "most at", "more room", "saves"):
         table.add_column(column, justify="left" if column == "bound" else "right")
     for one in shapes[:_SHOWN]:
