@@ -5,6 +5,7 @@ import errno
 import io
 import os
 import shutil
+import tempfile
 import types
 from pathlib import Path
 
@@ -81,10 +82,13 @@ def test_every_command_works_in_every_folder_and_what_it_writes_is_known_as_ours
     assert {"own.html", "walk.gif"} <= {path.name for path in files}
 
 
-def test_a_result_is_written_and_read_there_from_python_too(tmp_path):
+def test_a_result_is_written_and_read_there_from_python_too(tmp_path, monkeypatch):
+    """Even temporary files may have to be in such a folder."""
     folder = guessed_gait().save(tmp_path / ODD)
     check_writable(folder)
     assert load_gait(folder).scenario == guessed_gait().scenario
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    assert all(map(is_ours, guessed_gait().export(folder / "c3d", "c3d")))
 
 
 @pytest.mark.parametrize(
