@@ -196,6 +196,23 @@ def test_a_library_that_does_not_load_is_told_with_the_remedy(monkeypatch):
         assert faults.environment_fault(other) == ""
 
 
+def test_an_import_that_makes_something_else_of_an_interruption_is_interrupted(
+    kept, monkeypatch, capsys
+):
+    """As packages do whose modules are compiled."""
+
+    def fail():
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except KeyboardInterrupt:
+            raise ImportError("pinocchio: initialization failed", name="pinocchio") from None
+
+    monkeypatch.setattr(INNER["settings"][0], fail)
+    assert cli.run(["settings"]) == 128 + signal.SIGTERM
+    assert capsys.readouterr().err == "error: interrupted\n"
+    assert list(kept.iterdir()) == []
+
+
 # --- ways in
 
 
