@@ -277,9 +277,8 @@ def test_nobody_waits_for_ever_for_who_writes_to_a_pipe(tmp_path, monkeypatch):
     monkeypatch.setattr(text, "LONGEST_WAIT", 0.2)
     with pytest.raises(ScenarioError, match="not ended after"):
         load_scenario(pipe)  # nobody writes
-    with pipe.open("rb+") as held:  # somebody has it open and says no more
+    with pipe.open("rb+", buffering=0) as held:  # somebody has it open and says no more
         held.write(b"[walk]\n")
-        held.flush()
         with pytest.raises(ScenarioError, match="not ended after"):
             load_scenario(pipe)
 
