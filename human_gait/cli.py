@@ -9,7 +9,6 @@ Solvers, plots and viewers are imported by the command that needs them: ``--help
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -37,7 +36,7 @@ from human_gait.arguments import (
     whole_number,
 )
 from human_gait.exceptions import GaitError, ScenarioError
-from human_gait.exits import NO_SOLUTION, exit_code
+from human_gait.exits import NO_SOLUTION, exit_code, invoked
 from human_gait.faults import BAD_INPUT
 from human_gait.results.folder import whole_file
 from human_gait.results.names import COMPARISON, EXPORT, PLAYBACK, ROBOT
@@ -52,9 +51,6 @@ app = typer.Typer(
     help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
     pretty_exceptions_enable=False,
 )
-
-
-_COMPLETION = "_HUMAN_GAIT_COMPLETE"
 
 
 def show_version(wanted: bool) -> None:
@@ -434,23 +430,14 @@ def run(arguments: Sequence[str]) -> int:
     int
         Exit code, as above.
     """
-    whole = typer.main.get_command(app)
-    words = list(arguments) or ["--help"]
+    whole, words = typer.main.get_command(app), list(arguments) or ["--help"]
 
-    def invoked() -> int | None:
+    def typed() -> int | None:
         no_empty(words)
-        try:
-            context = whole.make_context("human-gait", words)
-        except SystemExit as end:  # Typer's own, of completion
-            return int(end.code or 0)
-        with context:
-            whole.invoke(context)
-        return None
+        return invoked(whole, words)
 
-    if _COMPLETION in os.environ:  # a shell asks what could follow
-        whole.main(words, "human-gait", complete_var=_COMPLETION)
     with careful(), running(signals=JOB_SIGNALS):
-        return exit_code(invoked)
+        return exit_code(typed)
 
 
 def main() -> None:
