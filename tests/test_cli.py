@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from walking import guessed_gait
 
-from human_gait import cli, exits
+from human_gait import cli
+from human_gait.commands import exits
 from human_gait.exceptions import ModelError, NoSolutionFound, ResultError
 from human_gait.scenario import scenario_file
 from human_gait.walk.gait_file import save_gait
