@@ -96,7 +96,7 @@ def solved(folder: Path, n: int, start: str) -> dict[str, Any] | None:
         if coarser is None:
             return None
         program, free = refined_program(coarser, n)
-    solution = solve(program, SOLVER, start=free)
+    solution = solve(program, SOLVER, start=free, time_limit=None)
     numbers = measured(n, start, solution)
     case.mkdir(parents=True, exist_ok=True)
     save_gait(solution.gait, case)

@@ -59,7 +59,7 @@ def solved(
     program = build_program(scenario, dynamics=cell["dynamics"])
     built = time.perf_counter()
     start = {} if like is None else warm_start(cell, program, like)
-    solution = solve(program, cell["solver"], **start)
+    solution = solve(program, cell["solver"], time_limit=None, **start)
     ended = time.perf_counter()
     return solution, {
         "success": solution.converged,

@@ -17,6 +17,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,7 @@ from human_gait.scenario import Scenario
 from human_gait.settings.departures import departures
 from human_gait.settings.records import Setting, all_settings
 from human_gait.walk.described import gait_digest
+from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import restored, sealed
 
 Members = Mapping[str, Any]
@@ -106,17 +108,22 @@ def of_solution(members: Members) -> Iterator[Change]:
         yield f"solution.{key}", {**members, "solution": np.array(content)}
 
 
-def told_by(members: Members, shown_before: set[str], full: bool = False) -> str:
-    """Return who tells that something is wrong: the reader, a check, the header, or nobody."""
+def told_by(members: Members, before: Gait, full: bool = False) -> str:
+    """Return who tells that something is wrong: the reader, a check, the header, or nobody.
+
+    `before` is the gait of the file as it was.
+    """
     try:
         record = restored(members)
     except (KeyError, TypeError, ValueError, ScenarioError) as error:
         return f"the reader: {error}"
+    if record.gait == before and record.gait.solution == before.solution:
+        record = replace(record, gait=before)  # whose samples are known
     checks = verify(record) if full else contents_checks(record)
     failed = [check.told for check in checks if not check.passed]
     if failed:
         return f"checks: {'; '.join(failed)}"
-    shown = header(record.gait.scenario) - shown_before
+    shown = header(record.gait.scenario) - header(before.scenario)
     return f"the header: {', '.join(sorted(shown))}" if shown else NOTHING
 
 
@@ -148,8 +155,7 @@ def main() -> None:
     for folder in given.results:
         with np.load(folder / GAIT_FILE, allow_pickle=False) as file:
             members = sealed(dict(file))
-        before = header(restored(members).gait.scenario)
-        rng = np.random.default_rng(0)
+        before, rng = restored(members).gait, np.random.default_rng(0)
         for name, changed in changes(members, given.entries, rng):
             for digests, now in (("as they were", changed), ("made anew", made_anew(changed))):
                 who = told_by(now, before, given.full)

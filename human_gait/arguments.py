@@ -82,14 +82,16 @@ def seconds(given: str) -> float:
 
 def whole_number(text: str | int) -> int:
     """Return the whole number of an option; its range is the business of who takes it."""
-    if not re.fullmatch(r"\s*[+-]?[0-9]{1,18}\s*", str(text)):  # a default is a number already
+    if isinstance(text, int):  # its default
+        return text
+    if not re.fullmatch(r"\s*[+-]?[0-9]{1,18}\s*", text):
         raise typer.BadParameter(f"{shown(text)} must be a whole number")
     return int(text)
 
 
-def seed_number(text: str) -> int:
+def seed_number(text: str | int) -> int:
     """Return the seed of an option."""
-    seed = whole_number(str(text))  # the default is a number
+    seed = whole_number(text)
     if not 0 <= seed <= LARGEST_SEED:
         raise typer.BadParameter(f"{seed} must be from 0 to {LARGEST_SEED}")
     return seed

@@ -9,6 +9,7 @@ Solvers, plots and viewers are imported by the command that needs them: ``--help
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -49,9 +50,11 @@ __all__ = ["BAD_INPUT", "NO_SOLUTION", "app", "main", "run"]
 
 app = typer.Typer(
     help="Predict human walking by optimisation, with a skeleton of 55 degrees of freedom.",
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+
+_COMPLETION = "_HUMAN_GAIT_COMPLETE"
 
 
 def show_version(wanted: bool) -> None:
@@ -273,17 +276,20 @@ def film(
         str, typer.Option(metavar="VIEW", help="From the side, the front or a quarter.")
     ] = "quarter",
     size: Annotated[
-        str, typer.Option(metavar="WxH", help="Width and height, as 480x600.", show_default=False)
+        str, typer.Option(metavar="WIDTHxHEIGHT", help="Of the film, [px].", show_default=False)
     ] = "",
 ) -> None:
     """Write a result as a film or a picture, without a browser or a screen."""
-    for given in filter(None, (folder, second)):
+    both = [folder, *([second] if second else [])]
+    for given in both:
         check_result(given)
     from rich.console import Console
     from rich.progress import Progress
 
     from human_gait.playback.film import film as write_film
     from human_gait.playback.film import size_named
+    from human_gait.walk.described import no_walk
+    from human_gait.walk.gait_file import load_gait
 
     pixels = size_named(size) if size else None
     terminal = Console(stderr=True)
@@ -294,6 +300,8 @@ def film(
             shown.update(task, completed=done, total=of)
 
         target = write_film(folder, out, view, pixels, second, tell)
+    for failed in filter(None, (no_walk(load_gait(given)) for given in both)):
+        typer.echo(f"note: {failed}", err=True)
     typer.echo(f"wrote {target}")
 
 
@@ -429,11 +437,18 @@ def run(arguments: Sequence[str]) -> int:
     whole = typer.main.get_command(app)
     words = list(arguments) or ["--help"]
 
-    def invoked() -> None:
+    def invoked() -> int | None:
         no_empty(words)
-        with whole.make_context("human-gait", words) as context:
+        try:
+            context = whole.make_context("human-gait", words)
+        except SystemExit as end:  # Typer's own, of completion
+            return int(end.code or 0)
+        with context:
             whole.invoke(context)
+        return None
 
+    if _COMPLETION in os.environ:  # a shell asks what could follow
+        whole.main(words, "human-gait", complete_var=_COMPLETION)
     with careful(), running(signals=JOB_SIGNALS):
         return exit_code(invoked)
 

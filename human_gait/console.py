@@ -161,14 +161,16 @@ def _check_table(checks: list[Check]) -> Table:
 
 
 def _verdict(kept: Attempt, attempts: list[Attempt], folder: Path) -> str:
+    """Return how it ended, in one line; the solver's own word only where there is no walk."""
     solution, outcome = kept.solution, "found a walk" if kept.success else "found no walk"
     if all(check.passed for check in kept.checks) and not kept.success:
         outcome = "found a walk that is not the cheapest: it stopped before the optimum,"
     seconds = sum(attempt.solution.wall_time for attempt in attempts)
-    starts = f", {len(attempts)} starts, kept: {kept.start}" if len(attempts) > 1 else ""
+    said = [] if kept.success else [solution.status]
+    if len(attempts) > 1:
+        which = "the last one" if kept.success else "the best"
+        said.append(f"{len(attempts)} starts, {which}: {kept.start}")
     over = under_way().over
-    ended = f", then {over}" if over and over != solution.status else ""
-    return (
-        f"{solution.solver} {outcome} in {seconds:.1f} s ({solution.status}{starts}{ended}); "
-        f"result in {folder}"
-    )
+    said += [over] if over and over not in said and not kept.success else []
+    more = f" ({'; '.join(said)})" if said else ""
+    return f"{solution.solver} {outcome} in {seconds:.1f} s{more}; result in {folder}"

@@ -62,7 +62,12 @@ def told_of(error: BaseException) -> str:
 
 
 def failed(error: BaseException) -> int:
-    """Print the line of an error that nobody's input is to blame for; return the exit code."""
+    """Print the line of an error that nobody's input is to blame for; return the exit code.
+
+    A package that is interrupted while it is imported may say that it cannot be.
+    """
+    if under_way().asked.raised:
+        return interrupted()
     if fault := environment_fault(error):
         return complain(fault, BAD_INPUT)
     return complain(unforeseen(error), UNFORESEEN)

@@ -246,7 +246,7 @@ def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> t
         kept, gait = save_verified(kept, seed, new)
         save_multipliers(gait, new)
         run, digest = under_way(), gait_digest(gait)
-        ended = {"time_limit_s": run.limit, "ended_by": run.over or None}
+        ended = {"time_limit_s": run.limit, "ended_by": None if kept.success else run.over or None}
         write_json(new / SUMMARY, summary_content(kept, attempts, seed) | ended, digest)
         with _not_needed(new / EXPLANATION, AGAIN):
             write_json(new / EXPLANATION, explanation_content(kept.program, kept.solution), digest)
@@ -287,7 +287,7 @@ def _draw(gait: Gait, folder: Path, told: Path, hurry: bool) -> None:
 
     `hurry` if there was one since the solve: nothing is drawn then.
     """
-    later = f"human-gait plot {told} makes it"
+    later = f"human-gait plot {told} makes them"
     try:
         with under_way().asked.heeded():
             for what, make in () if hurry else _drawn(gait, folder):

@@ -25,7 +25,7 @@ TIME_LIMIT = 300.0
 """Seconds that a solve may take unless told otherwise."""
 LONGEST_LIMIT = 604_800.0  # [s], a week
 
-INTERRUPTED = "interrupted"
+INTERRUPTED, OUT_OF_TIME = "interrupted", "time limit"
 _AGAIN = 1.0  # [s]: what is asked sooner belongs to the last request, whose cleaning up goes on
 
 
@@ -55,6 +55,11 @@ class Asked:
     def hold(self) -> None:
         """Only take note of signals from now on: there is something to keep."""
         self._held += 1
+
+    @property
+    def raised(self) -> bool:
+        """Whether KeyboardInterrupt was raised, be it that libraries made something else of it."""
+        return self._raised > -math.inf
 
     @contextmanager
     def held(self) -> Iterator[None]:
@@ -97,7 +102,7 @@ class Run:
         if self.asked.signal:
             return INTERRUPTED
         if time.monotonic() >= self._until:
-            return f"time limit of {self.limit:g} s reached"
+            return f"{OUT_OF_TIME} of {self.limit:g} s reached"
         return self._within.over if self._within else ""
 
     @property

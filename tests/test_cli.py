@@ -245,7 +245,7 @@ def test_no_solution_keeps_the_last_iterate():
 
 def test_play_and_plot_take_the_result_of_the_folder(here, capsys, replace_room):
     (here / "gait.npz").write_bytes(b"")
-    (here / "playback.html").write_text("old")
+    (here / "playback.html").write_text("gait=0123456789abcdef")
     taken = []
     replace_room("walk.gait_file", load_gait=lambda folder: f"gait of {folder}")
     replace_room("walk.described", no_walk=lambda _: "")
@@ -256,11 +256,12 @@ def test_play_and_plot_take_the_result_of_the_folder(here, capsys, replace_room)
     )
     replace_room(
         "pictures.plots",
-        save_plots=lambda gait, folder: taken.append((gait, folder)),
+        save_plots=lambda gait, folder: (folder / "a.png").write_text(gait),
         PLOTS=["a", "b"],
     )
     assert cli.run(["play", "."]) == cli.run(["plot", "."]) == 0
-    assert taken == [("gait of .", "127.0.0.1"), ("gait of .", Path())]
+    assert taken == [("gait of .", "127.0.0.1")]
+    assert (here / "a.png").read_text() == "gait of ."
     assert (here / "playback.html").read_text() == "page of the gait of ."
     assert capsys.readouterr().out == "wrote 2 plots and playback.html to .\n"
 

@@ -1,6 +1,8 @@
 """Why a solve failed and what shapes a gait: each rule with a case that it is for and one not."""
 
+import contextlib
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +14,7 @@ from walks import PEOPLE, scenario
 from human_gait import cli
 from human_gait.body.skeleton import DOF_NAMES, N_DOF, in_words, index
 from human_gait.checks import ground, motion
-from human_gait.exceptions import ResultError
+from human_gait.exceptions import ResultError, ScenarioError
 from human_gait.problem.balance_rows import GROUND_PUSHES
 from human_gait.problem.constraints import LIMITS, SYMMETRY
 from human_gait.problem.contact_rows import CONTACT_POSITION, GROUND_PENETRATION, SOFT_IMPACT
@@ -291,6 +293,61 @@ def test_what_fails_between_the_instants_asks_for_more_of_them():
 def test_a_slippery_floor_asks_for_shorter_steps():
     found = failed(scenario(**DEFAULTS), [], [SLIPPERY], converged=True)
     assert list(found) == ["walk.step_length", "ground.friction"]
+
+
+def test_friction_that_no_floor_has_is_not_suggested_and_of_two_needs_the_larger_counts():
+    turning = ground.TURNING.found(1.7123, 0.5, 0.1)
+    found = failed(scenario(**DEFAULTS), [], [SLIPPERY, turning], converged=True)
+    assert "at least 1.72 " in found["ground.friction"]
+    assert "1.71 of friction is needed" in found["walk.step_length"]
+    icy = ground.SLIDING.found(33.05, 0.5, 0.1)
+    assert "ground.friction" not in failed(scenario(**DEFAULTS), [], [icy], converged=True)
+    shortest = scenario(0.3, 0.1, **DEFAULTS)
+    assert "walk.step_length" not in failed(shortest, [], [SLIPPERY], converged=True)
+
+
+SETTING = r"(?:at least|at most|shorter than) ([\d.]+)|^([\d.]+)(?: to ([\d.]+))?"
+
+
+def odd_tasks():
+    """Scenarios with one setting at an end of its range, and some with two or three."""
+    usual = scenario(**DEFAULTS)
+    for name, kind in type(usual).sections().items():
+        for key in kind.kinds():
+            if "range" in kind.rule(key) and kind.kinds()[key] in (int, float):
+                for end in kind.rule(key)["range"]:
+                    with contextlib.suppress(ScenarioError):
+                        yield usual.replace({f"{name}.{key}": kind.kinds()[key](end)})
+    yield usual.replace(stature=2.2, **{"subject.mass": 30.0})
+    yield usual.replace(stature=1.3, **{"subject.mass": 200.0}, step_length=0.3)
+    yield usual.replace({"subject.mass": 30.0, "load.mass": 100.0})
+    yield usual.replace(speed=3.0, step_length=0.1)
+    yield usual.replace(speed=0.1, step_length=1.0)
+
+
+def test_advice_is_within_the_range_of_its_setting_and_given_once():
+    icy = ground.SLIDING.found(5.0, 0.5, 0.1)
+    tasks = [task for task in odd_tasks() if task.discretisation.intervals <= 40]
+    assert len(tasks) > 50
+    for task in tasks:
+        program = GaitProgram(task)
+        gait, numbers = program.gait(program.guess()), (1, 1, 1.0, 1.0)
+        solution = Solution(gait, False, False, "newton", "no room", *numbers, [FOOT])  # type: ignore[arg-type]
+        found = suggestions(program, solution, [icy, OFF_GRID])
+        assert len({one.key for one in found}) == len(found)
+        for one in found:
+            section, _, key = one.key.partition(".")
+            kind = type(task).sections().get(section)
+            number = re.search(SETTING, one.change)
+            if kind and number and section != "limits":
+                low, high = kind.rule(key)["range"]
+                values = [float(value) for value in number.groups() if value]
+                assert all(low <= value <= high for value in values), str(one)
+
+
+def test_an_interrupted_solve_that_cannot_end_well_says_so():
+    frozen = scenario(limits={"frozen": ["knee_flexion_r"]}, **DEFAULTS)
+    assert list(failed(frozen, interrupted=True)) == ["limits.frozen"]
 
 
 def test_out_of_iterations_another_solver_is_suggested_or_to_go_on():

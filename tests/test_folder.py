@@ -174,6 +174,18 @@ def test_the_current_folder_stays_under_ones_feet(old, monkeypatch, here):
     assert_renewed(old)
 
 
+@pytest.mark.parametrize("kind", ["home", "crowded"])
+def test_a_folder_that_is_more_than_a_result_is_not_made_anew(old, monkeypatch, kind):
+    if kind == "home":
+        monkeypatch.setenv("HOME", str(old))
+    else:
+        monkeypatch.setattr(room, "_MANY", 5)
+    before = old.stat().st_ino, (old / "sub").stat().st_ino
+    renew(old)
+    assert (old.stat().st_ino, (old / "sub").stat().st_ino) == before
+    assert_renewed(old)
+
+
 def test_a_current_folder_that_is_gone_does_not_matter(old, monkeypatch):
     gone = old.parent / "gone"
     gone.mkdir()

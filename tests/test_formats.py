@@ -145,6 +145,11 @@ def test_c3d_tells_who_walks(c3d, gait):
     legs = [group["PROCESSING"][f"{side}LegLength"]["value"][0] for side in "LR"]
     assert legs[0] == pytest.approx(legs[1], rel=1e-6)
     assert 850 < legs[0] < 1000
+    frames = c3d["data"]["points"].shape[2]
+    for name, words in (("ACTUAL_START_FIELD", [1, 0]), ("ACTUAL_END_FIELD", [frames, 0])):
+        value = group["TRIAL"][name]["value"]  # two words of 16 bits, to readers nothing else
+        assert value.dtype.kind == "i"
+        assert value.tolist() == words
 
 
 def test_c3d_has_a_force_plate_below_each_foot(c3d, gait):

@@ -33,7 +33,7 @@ def test_the_page_is_in_a_frame_as_it_is():
 def test_two_walks_by_path_and_gait(tmp_path):
     folder = GAIT.save(tmp_path / "guess")
     shown = hg.play(str(folder), second=GAIT, overlay=True, strides=2, inline=True)
-    assert shown.page == playback_page(GAIT, 2, GAIT, True)
+    assert shown.page == playback_page(hg.load(folder), 2, GAIT, True)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from walks import scenario
 
-from human_gait.body.limits import joint_limits, position_limits, torque_limits
+from human_gait.body.limits import (
+    joint_limits,
+    mirrored_limits,
+    position_limits,
+    torque_limits,
+)
 from human_gait.body.skeleton import DOF_NAMES, MIRROR_INDEX, index, mirror
 from human_gait.exceptions import ScenarioError
 from human_gait.scenario import Subject
@@ -102,3 +107,30 @@ def test_limits_that_make_no_sense_are_refused(limits, parts):
     with pytest.raises(ScenarioError) as caught:
         limits_of(limits=limits)
     assert [part for part in parts if part not in str(caught.value)] == []
+
+
+@pytest.mark.parametrize(
+    ("limits", "told"),
+    [
+        ({}, []),
+        ({"frozen": ["neck_lower_lateral"]}, []),
+        ({"pelvis_ty": [0.8, 1.0]}, []),
+        ({"knee_flexion_r": [0, 70], "knee_flexion_l": [0, 70]}, []),
+        ({"knee_flexion_r": [0, 70]}, ["limits.knee_flexion_r holds for the left too"]),
+        ({"wrist_flexion_l": [0, 5]}, ["limits.wrist_flexion_l holds for the right too"]),
+        ({"frozen": ["toe_extension_l"]}, ["limits.frozen: toe_extension_l holds for the right"]),
+        ({"pelvis_rx": [-3, 8]}, []),  # bending forwards is its own mirror image
+        ({"pelvis_rz": [-3, 8]}, ["limits.pelvis_rz holds as -3 to 3 deg"]),
+        ({"pelvis_tx": [-0.1, 0.3]}, ["limits.pelvis_tx holds as -0.1 to 0.1 m"]),
+        (
+            {"hip_flexion_r": [-20, 50], "hip_flexion_l": [-30, 40]},
+            [f"limits.hip_flexion_{side} holds as -20 to 40 deg" for side in "rl"],
+        ),
+    ],
+)
+def test_a_limit_that_holds_for_the_other_side_says_so(limits, told):
+    found = mirrored_limits(scenario(limits=limits))
+    assert len(found) == len(told)
+    for line, start in zip(found, told, strict=True):
+        assert line.startswith(start)
+        assert line.endswith("since steps are mirror images")

@@ -56,6 +56,7 @@ def values():
         "GaitError": hg.GaitError("it is so"),
         "ModelError": hg.ModelError("it is so"),
         "NoSolutionFound": hg.NoSolutionFound("no walk", gait, [checks[0]]),
+        "SolveInterrupted": hg.SolveInterrupted("interrupted", gait, [checks[0]]),
         "ResultError": hg.ResultError("it is so"),
         "Samples": now,
         "Scenario": scenario,

@@ -55,6 +55,7 @@ STANDS_FOR = {
 OWN = {
     "--from": "normal",
     "--seed": "1",
+    "--time-limit": "200",
     "--solver": "newton",
     "--dynamics": "pinocchio",
     "--out": "new/out",

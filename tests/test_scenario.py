@@ -3,7 +3,10 @@
 import dataclasses
 import json
 import math
+import os
 import pickle
+import threading
+import time
 import tomllib
 from pathlib import Path
 
@@ -22,9 +25,11 @@ from human_gait.scenario import (
     Scenario,
     Subject,
     Walk,
+    lawful_name,
     load_scenario,
     scenario_file,
     shipped_scenarios,
+    text,
 )
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -161,8 +166,8 @@ def test_scenarios_can_be_hashed_and_pickled(tmp_path):
         (WALK + "[limits]\nfrozen = [1]\n", ["limits.frozen", "list of names"]),
         (WALK + '[limits]\nfrozen = ["a"]\na = [0, 1]\n', ["limits.a", "is frozen"]),
         ("walk = ", ["is not TOML"]),
-        ("a = " + 5000 * "[", ["is not TOML"]),
-        ("a = " + 5000 * "9", ["is not TOML"]),
+        ("a = " + 5000 * "[", ["cannot be a scenario", "20 brackets"]),
+        ("a = " + 5000 * "9", ["cannot be a scenario", "400 digits"]),
         (b"\x00\x01\x02", ["is not TOML"]),
         ("name = 'é'".encode("latin-1"), ["UTF-8"]),
         (WALK.encode("utf-16"), ["UTF-8"]),
@@ -202,6 +207,81 @@ def test_a_value_is_checked_wherever_it_is_made():
         dataclasses.replace(Walk(1.2, 0.7), speed=math.nan)
     with pytest.raises(ScenarioError, match=r"phases\.heel_off"):
         Phases(heel_off=0.25)
+
+
+# --- files that would keep their reader busy
+
+LIMITS = "[limits]\n"
+ENDLESS = {
+    "a key of 20,000 parts": "a." * 20_000 + "a = 1\n",
+    "a heading of 21 parts": "[" + "a." * 20 + "a]\n" + WALK,
+    "a quoted key": '"a" . ' * 30 + "a = 1\n",
+    "a key in an inline table": "x = {" + "a." * 30 + "a = 1}\n",
+    "brackets": "x = " + "[" * 5000,
+    "inline tables": "x = " + "{a = " * 5000,
+    "a number": "[walk]\nspeed = " + "9" * 4400,
+    "a number with underscores": "x = -" + "9_" * 4400 + "9",
+    "a mebibyte": "#" * 1_048_576,
+    "blanks before a unit": WALK.replace("1.2", '"' + " " * 200_000 + '1 m/s"'),
+    "joints": WALK + LIMITS + "".join(f"j{i} = [0, 1]\n" for i in range(20_000)),
+    "frozen joints": WALK + LIMITS + f"frozen = {[f'j{i}' for i in range(20_000)]}\n",
+}
+PYTHONS_WORDS = ("recursion", "sys.", "Exceeds", "Traceback", "NoneType", "Input should")
+
+
+@pytest.mark.parametrize("content", ENDLESS.values(), ids=ENDLESS)
+def test_a_file_without_end_is_refused_at_once_in_plain_words(tmp_path, content):
+    began = time.process_time()
+    message = refusal(tmp_path, content)
+    assert time.process_time() - began < 2.0
+    assert len(message) < 300
+    assert [word for word in PYTHONS_WORDS if word in message] == []
+
+
+def test_dots_and_brackets_that_are_no_keys_are_no_obstacle(tmp_path):
+    dots, brackets = "a." * 500, "[" * 500
+    content = f"name = 'x'  # {dots} {brackets}\n{WALK}step_width = 0.1 # '{dots}\n"
+    assert read(tmp_path, content).walk.step_width == 0.1
+    message = refusal(tmp_path, f'name = "{brackets}\\"{dots}"\n{WALK}')
+    assert "letters" in message
+
+
+def test_lists_within_lists_are_refused_from_python_too():
+    deep: list = []
+    for _ in range(5000):
+        deep = [deep]
+    for table in ({"walk": {"speed": deep}}, {"load": {"position": deep}}, {"limits": deep}):
+        with pytest.raises(ScenarioError):
+            Scenario.from_dict({"walk": {"speed": 1.2, "step_length": 0.7}, **table})
+        assert "without end" in str(ScenarioError("a", "b", deep))
+
+
+def test_a_device_is_no_file():
+    for path in ("/dev/zero", "/dev/null", "/"):
+        with pytest.raises(ScenarioError, match=r"cannot be read: it is a (device|folder)"):
+            load_scenario(path)
+
+
+def test_a_pipe_is_read_until_its_end(tmp_path):
+    pipe = tmp_path / "walk.toml"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=pipe.write_text, args=(WALK,))
+    writer.start()
+    assert load_scenario(pipe).name == "walk"
+    writer.join()
+
+
+def test_nobody_waits_for_ever_for_who_writes_to_a_pipe(tmp_path, monkeypatch):
+    pipe = tmp_path / "walk.toml"
+    os.mkfifo(pipe)
+    monkeypatch.setattr(text, "LONGEST_WAIT", 0.2)
+    with pytest.raises(ScenarioError, match="not ended after"):
+        load_scenario(pipe)  # nobody writes
+    with pipe.open("rb+") as held:  # somebody has it open and says no more
+        held.write(b"[walk]\n")
+        held.flush()
+        with pytest.raises(ScenarioError, match="not ended after"):
+            load_scenario(pipe)
 
 
 # --- several things wrong at once
@@ -695,4 +775,48 @@ def test_no_file_content_escapes_the_loader(tmp_path_factory, content):
     path = tmp_path_factory.getbasetemp() / "any.toml"
     path.write_bytes(content)
     with pytest.raises(ScenarioError):
+        load_scenario(path)
+
+
+# --- names that come from files
+
+
+@pytest.mark.parametrize(
+    ("stem", "name"),
+    [
+        ("walk (1)", "walk-1"),
+        ("a&b", "a-b"),
+        ("sub,1", "sub-1"),
+        ("subject's walk", "subject-s walk"),
+        ("trial[3]", "trial-3"),
+        ("1.2m_s@treadmill", "1.2m_s-treadmill"),
+        ("walk#2", "walk-2"),
+        ("walk - (2)", "walk-2"),
+        ("-walk", "walk"),
+        ("  walk ", "walk"),
+        ("walk ", "walk "),  # lawful as it is
+        ("a:b\\c|d", "a-b-c-d"),
+        ("a\nb\x1b[1m", "a-b-1m"),
+        ("???", "scenario"),
+        ("caf\udce9", "caf"),  # bytes that are no UTF-8
+        ("e\u0301te\u0301", "\u00e9t\u00e9"),
+        ("x" * 240, "x" * 100),
+    ],
+)
+def test_a_file_of_any_name_gives_its_scenario_a_lawful_one(tmp_path, stem, name):
+    path = tmp_path / f"{stem}.toml"
+    path.write_text("[walk]\nspeed = 1.3\nstep_length = 0.7\n")
+    assert load_scenario(path).name == name
+    assert lawful_name(name) == name
+
+
+@given(st.text(max_size=150))
+def test_there_is_a_lawful_name_for_every_text(text):
+    assert Scenario(lawful_name(text), {"speed": 1.3, "step_length": 0.7})
+
+
+def test_a_name_that_is_written_is_taken_as_it_is_or_refused(tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_text('name = "walk (1)"\n[walk]\nspeed = 1.3\nstep_length = 0.7\n')
+    with pytest.raises(ScenarioError, match=r'name = "walk \(1\)": must be a name of at most 100'):
         load_scenario(path)

@@ -1,6 +1,7 @@
 """A run is asked to stop, by signals or by the clock, and keeps what it has, at any moment."""
 
 import json
+import os
 import signal
 import threading
 import time
@@ -192,6 +193,31 @@ def test_a_signal_at_any_moment_leaves_the_old_result_or_a_new_one(
         assert (tmp_path / "out" / "gait.npz").read_text() == "old"
     drawn = stage in ("a start is made", "an attempt is checked")
     assert said.count("human-gait plot") == (kept and not drawn)
+
+
+@pytest.mark.usefixtures("cut_short")
+def test_sigterm_at_twenty_random_moments_leaves_a_whole_result(tmp_path, capsys):
+    """By a clock that knows nothing of the run; `test_interruptions` does it from outside."""
+    (tmp_path / "walk.toml").write_text(WALK)
+    command = ["predict", str(tmp_path / "walk.toml"), "--out", str(tmp_path / "out")]
+    began = time.monotonic()
+    assert cli.run(command) == 1
+    whole, random = time.monotonic() - began, np.random.default_rng(0)
+    before = signal.signal(signal.SIGTERM, lambda *_: None)  # if the run is quicker this time
+    for moment in random.uniform(0.0, whole, 20):
+        (tmp_path / "out" / "summary.json").write_text("old")
+        clock = threading.Timer(moment, os.kill, (os.getpid(), signal.SIGTERM))
+        clock.start()
+        code = cli.run(command)
+        clock.join()
+        summary = (tmp_path / "out" / "summary.json").read_text()
+        assert code == (128 + signal.SIGTERM if summary == "old" else 1)
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "walk.toml"]
+        if summary != "old":
+            cost = json.loads(summary)["cost"]
+            assert hg.load(tmp_path / "out").solution["cost"] == cost
+    signal.signal(signal.SIGTERM, before)
+    assert "Traceback" not in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("cut_short")

@@ -62,6 +62,23 @@ def test_multipliers_are_read_as_they_were_written(tmp_path):
     assert_same(load_multipliers(GUESS, tmp_path), written)
 
 
+def test_constraints_may_have_any_name(tmp_path):
+    """Those that numpy or an archive would take for something else, too."""
+    names = ["file", "allow_pickle", "arr_0", "a", "a.npy", "a/b", "../c", "", "\0", "__names__"]
+    names += ["__0__", "self", "args", "caf\udce9", "\N{GREEK SMALL LETTER MU}", "n" * 70_000]
+    written = {name: np.full(k + 1, float(k)) for k, name in enumerate(names)}
+    save_multipliers(replace(GUESS, multipliers=written), tmp_path)
+    assert_same(load_multipliers(GUESS, tmp_path), written)
+    assert [path.name for path in tmp_path.iterdir()] == [MULTIPLIERS]
+
+
+@pytest.mark.parametrize("names", ["", "[]", "3", '{"__0__": "a", "gone": "b"}', "[" * 9999])
+def test_names_that_are_damaged_are_refused(tmp_path, names):
+    np.savez(tmp_path / MULTIPLIERS, __names__=np.array(names), __0__=np.ones(3))
+    with pytest.raises(ResultError, match=MULTIPLIERS):
+        load_multipliers(GUESS, tmp_path)
+
+
 def test_no_multipliers_are_no_file_and_no_file_is_no_multipliers(tmp_path):
     save_multipliers(GUESS, tmp_path)
     assert list(tmp_path.iterdir()) == []

@@ -9,7 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from human_gait.people.reference import Score
+from human_gait.people.reference import Reference, Score
 from human_gait.people.spatiotemporal import StepScore
 from human_gait.walk.gait_cycle import label_and_unit
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 _COLUMNS = (
     "r",
     "RMSE",
-    "no\noffset",
+    "less\nmean",
     "predicted\nrange",
     "measured\nrange",
     "peak\n[%]",
     "in 1, 2\nSD [%]",
 )
 _UNITS = (
-    "Angles in deg, moments in N m/kg, forces in BW. RMSE as it is and without a constant offset; "
-    "time of the peak, predicted and measured; share of the time within 1 and 2 SD of the mean."
+    "Angles in deg, moments (mom.) in N m/kg, forces in BW. RMSE as it is, and less the difference "
+    "of the means; time of the peak, predicted and measured; share of the time within 1 and 2 SD."
 )
 
 
@@ -37,19 +37,24 @@ def comparison_table(comparison: Comparison) -> Table:
     title = f"Predicted against measured gait: {heading}"
     table = Table(
         title=Text("\n".join(filter(None, [comparison.no_walk, title]))),
-        caption="\n".join([_UNITS, *map(_sentence, comparison.step_scores)]),
+        caption="\n".join(
+            [
+                _UNITS,
+                *map(_extent, comparison.references),
+                *map(_sentence, comparison.step_scores),
+            ]
+        ),
         caption_justify="left",
         box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
+        padding=0,  # a row has room in 80 columns
+        show_edge=False,
     )
     table.add_column("curve")
     for name in _COLUMNS:
         table.add_column(name, justify="right", no_wrap=True)
     for reference in comparison.references:
-        over = "stance" if reference.stance_only else "gait cycle"
         table.add_section()
-        table.add_row(f"[bold]{reference.label}, {over}[/bold]")
+        table.add_row(Text(", ".join(reference.label.split(", ")[:2]), style="bold"))
         for score in comparison.scores:
             if score.reference == reference.name:
                 table.add_row(*_cells(score))
@@ -61,7 +66,7 @@ def _cells(score: Score) -> tuple[str, ...]:
     digits = 1 if unit == "deg" else 2
     shares = (100.0 * score.within_1sd, 100.0 * score.within_2sd)
     return (
-        label,
+        label.replace("moment", "mom."),
         f"{score.r:.2f}" if math.isfinite(score.r) else "-",
         f"{score.rmse:.{digits}f}",
         f"{score.rmse_offset_free:.{digits}f}",
@@ -74,6 +79,10 @@ def _cells(score: Score) -> tuple[str, ...]:
 
 def _pair(values: tuple[float, float], digits: int) -> str:
     return ", ".join(f"{value:.{digits}f}" for value in values)
+
+
+def _extent(reference: Reference) -> str:
+    return f"{reference.label}: {'stance' if reference.stance_only else 'gait cycle'}."
 
 
 def _sentence(step: StepScore) -> str:

@@ -37,8 +37,8 @@ function startSheet(level) {
 
 function download(blob, suffix) {
   const link = document.createElement("a");
-  link.href = URL.createObjectURL(blob);
-  link.download = `${document.title.replace(/[^\p{L}\p{N} ._-]/gu, "_")}.${suffix}`;
+  const name = document.title.replace(/[^\p{L}\p{N} ._-]/gu, "_");
+  Object.assign(link, { href: URL.createObjectURL(blob), download: `${name}.${suffix}` });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }

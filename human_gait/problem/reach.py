@@ -30,8 +30,9 @@ MISSED = 0.01
 """What counts as out of reach, beyond all tolerances, [m]: as far as footholds may be missed."""
 
 _KEPT = 0.5 * MISSED
-_STARTS, _STEPS = 6, 60
+_STARTS, _STEPS = 4, 40
 _SAME = 0.01  # of what is missed: two starts that end alike are believed
+_SETTLED = 1e-3  # of the squares: a step that saves less is the last
 _LONGEST_STEP = 0.5  # [rad or m]
 _PACE = 1.5  # the pelvis between instants, in tolerances of Eq. (23) at them
 _FORWARD = index("pelvis_tz")
@@ -137,7 +138,7 @@ class _Task:
             better = other.squares < found.squares
             damping = max(damping / 5.0, 1e-9) if better else 5.0 * damping
             if better:
-                settled = found.squares - other.squares < 1e-9 * found.squares
+                settled = found.squares - other.squares < _SETTLED * found.squares
                 q, found = other.q, other
                 if settled:
                     break

@@ -50,13 +50,14 @@ def _failure(summary: dict[str, Any]) -> str:
     """Return the diagnosis of a solve that found no walk; nothing if it found one."""
     if summary["success"]:
         return ""
-    diagnosis = summary["diagnosis"]
+    diagnosis = summary.get("diagnosis")
     return diagnosis_text(diagnosis) if diagnosis else "no walk was found; why is not recorded"
 
 
 def _shapes(explanation: dict[str, Any]) -> Group:
     shapes, step_time = explanation["shapes"], float(explanation["step_time_s"])
-    table = Table(title="What shapes this walk", title_justify="left", box=SIMPLE_HEAD)
+    table = Table(title="What shapes this walk", title_justify="left", box=SIMPLE_HEAD, padding=0)
+    table.show_edge = False  # a row has room in 80 columns
     for column in ("bound", "most at", "more room", "saves"):
         table.add_column(column, justify="left" if column == "bound" else "right")
     for one in shapes[:_SHOWN]:

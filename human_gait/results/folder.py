@@ -18,6 +18,8 @@ from human_gait.results.names import AGREEMENT, GAIT_FILE
 from human_gait.results.unfinished import make_folder, sweep, unfinished
 from human_gait.stopping import uninterrupted
 
+_MANY = 1000  # files and folders
+
 
 @contextmanager
 def replaced_folder(
@@ -143,7 +145,7 @@ def _made(target: Path) -> Path:
     """Return a new empty folder beside the target, or in it if that cannot be renamed."""
     make_folder(target.parent)
     new = unfinished(target)
-    if target.is_dir() and not can_move(target):
+    if target.is_dir() and not (can_move(target) and _is_small(target)):
         new = target / new.name
     new.mkdir()
     if target.is_dir():
@@ -158,7 +160,24 @@ def can_move(folder: Path) -> bool:
     except FileNotFoundError:  # it has been replaced or removed
         here = folder.parent
     in_use = os.path.ismount(folder) or here.is_relative_to(folder)
+    with suppress(RuntimeError):  # nobody's home is known
+        in_use |= folder == Path.home().resolve()  # we cannot see who stands there
     return not in_use and os.access(folder.parent, os.W_OK)
+
+
+def _is_small(folder: Path) -> bool:
+    """Tell whether a folder holds little enough to be made anew with all that is in it."""
+    seen, waiting = 0, [folder]
+    while waiting:
+        try:
+            found = list(os.scandir(waiting.pop()))
+        except OSError:  # it is not for us to read
+            return False
+        seen += len(found)
+        if seen > _MANY or any(map(os.path.ismount, found)):
+            return False
+        waiting += [Path(entry) for entry in found if entry.is_dir(follow_symlinks=False)]
+    return True
 
 
 def _sync(path: Path) -> None:

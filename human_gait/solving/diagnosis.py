@@ -19,6 +19,7 @@ from human_gait.scenario import STEP_HALF_ANGLE_DEG, Scenario
 from human_gait.solving.shadow_prices import limit_text, unit_step
 from human_gait.solving.solver import Solution
 from human_gait.solving.watch import FEASIBLE
+from human_gait.stopping import OUT_OF_TIME
 
 # What people do. Walk ratio, step length / cadence: Sekiya et al. 1997. They run above the Froude
 # number v^2 / (g leg) = 0.5: Alexander 1989. The rest is assumed, wide.
@@ -290,6 +291,8 @@ def _solver(solution: Solution, broken: list[Violation], found: bool) -> Iterato
     if solution.converged or not (out_of_iterations or not found):
         return
     because = f"{solution.solver} stopped: {solution.status}"
+    if solution.status.startswith(OUT_OF_TIME):
+        yield Suggestion("--time-limit", "more seconds", because)
     if not broken:
         because += "; every constraint is kept"
         yield Suggestion("human-gait refine", "goes on from this motion", because)

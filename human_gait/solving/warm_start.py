@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +13,7 @@ from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import N_DOF, index
 from human_gait.problem.constraints import LIMITS, SYMMETRY
 from human_gait.problem.program import GaitProgram
-from human_gait.results.archive import numbers, opened
+from human_gait.results.archive import numbers, opened, told
 from human_gait.results.names import MULTIPLIERS
 from human_gait.walk.belonging import GAIT_MEMBER, multipliers_belong
 from human_gait.walk.described import gait_digest
@@ -19,6 +21,7 @@ from human_gait.walk.gait import Gait
 
 _FORWARD = index("pelvis_tz")
 _SAMPLES = 100
+_NAMES = "__names__"
 
 
 def save_multipliers(gait: Gait, folder: Path) -> None:
@@ -28,8 +31,28 @@ def save_multipliers(gait: Gait, folder: Path) -> None:
     none. The digest of the gait is with them.
     """
     if gait.multipliers:
-        members = {**gait.multipliers, GAIT_MEMBER: np.array(gait_digest(gait))}
+        members = {**_packed(gait.multipliers), GAIT_MEMBER: np.array(gait_digest(gait))}
         np.savez_compressed(folder / MULTIPLIERS, **members)  # type: ignore[arg-type]
+
+
+def _packed(multipliers: Mapping[str, FloatArray]) -> dict[str, np.ndarray[Any, Any]]:
+    """Return the arrays of the file: names are text in one of them, for any name is allowed.
+
+    As names of arrays numpy takes some for options (``file``), and an archive folders (``a/b``).
+    """
+    keys = {f"__{k}__": name for k, name in enumerate(multipliers)}
+    prices = {key: multipliers[name] for key, name in keys.items()}
+    return {_NAMES: np.array(json.dumps(keys)), **prices}
+
+
+def _keys(file: Mapping[str, Any]) -> dict[str, str]:
+    """Return the name of its array for each name of a constraint, also of older versions."""
+    if _NAMES not in file:
+        return {name: name for name in file if name != GAIT_MEMBER}
+    keys = told(file, _NAMES)
+    if not isinstance(keys, dict):
+        raise TypeError(f"{_NAMES} holds no names")
+    return {str(name): key for key, name in keys.items()}
 
 
 def load_multipliers(gait: Gait, folder: Path) -> dict[str, FloatArray]:
@@ -46,7 +69,7 @@ def load_multipliers(gait: Gait, folder: Path) -> dict[str, FloatArray]:
     with opened(path, "multipliers") as file:
         if not multipliers_belong(file, gait):
             raise ValueError("they are of another walk than the gait beside them")
-        found = {name: numbers(file, name) for name in file if name != GAIT_MEMBER}
+        found = {name: numbers(file, key) for name, key in _keys(file).items()}
         if odd := [name for name, price in found.items() if price.ndim != 1]:
             raise ValueError(f"{odd[0]} is not a list of numbers")
     return found
