@@ -1,7 +1,8 @@
 """What the JSON files of a result have to hold, declared once: names and kinds of all that is read.
 
 A shape is a type (``bool``, ``int``, ``float``, ``str``), a table of shapes by key, a `Many` of one
-shape, or an `Either`. What is not declared is not read and may be anything.
+shape, a number `Between` two, or what may be null (`OrNull`) or missing (`Maybe`). What is not
+declared is not read and may be anything.
 """
 
 from __future__ import annotations
