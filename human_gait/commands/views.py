@@ -85,7 +85,6 @@ def film(
     both = [folder, *([second] if second else [])]
     for given in both:
         check_result(given)
-    from rich.console import Console
     from rich.progress import Progress
 
     from human_gait.playback.film import film as write_film
@@ -94,7 +93,7 @@ def film(
     from human_gait.walk.gait_file import load_gait
 
     pixels = size_named(size) if size else None
-    terminal = Console(stderr=True)
+    terminal = screen(stderr=True)
     with Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as shown:
         task = shown.add_task("drawing", total=None)
 

@@ -34,7 +34,7 @@ from human_gait.results.names import (
 )
 from human_gait.results.reading import AGAIN, LARGEST, read_json, read_regular
 from human_gait.results.sealed import digest_of
-from human_gait.results.shapes import ASKED, FOUND, GAITS, NUMBER, Maybe, Shape
+from human_gait.results.shapes import ASKED, FOUND, GAITS, Maybe, Shape
 from human_gait.scenario import Scenario
 from human_gait.walk.described import gait_digest
 from human_gait.walk.gait import Gait
@@ -52,7 +52,7 @@ _TOLD: Mapping[str, Shape] = {
     **ASKED,
     **{key: Maybe(shape) for key, shape in FOUND.items()},
     **dict.fromkeys(("solver", "solver_status"), Maybe(str)),
-    "cost": NUMBER,
+    "cost": Maybe(float),
 }
 _OTHERS = f"is of another walk than {GAIT_FILE} beside it"
 
@@ -128,7 +128,7 @@ def _is_of(table: Mapping[str, Any], scenario: Scenario) -> bool:
 
 
 def _of_explanation(path: Path, gait: Gait) -> str:
-    found = read_json(path, {**GAITS, "cost": NUMBER, "step_time_s": NUMBER})
+    found = read_json(path, {**GAITS, "cost": Maybe(float), "step_time_s": Maybe(float)})
     known = {"cost": gait.solution.get("cost"), "step_time_s": gait.step_time}
     for key, value in known.items():
         told = found.get(key)
