@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import time
+import zipfile
 from dataclasses import replace
 
 import numpy as np
@@ -33,8 +34,8 @@ def place(whole, tmp_path):
     return shutil.copytree(whole, tmp_path / "walk")
 
 
-def refused(capsys, command, folder, *parts):
-    assert cli.run([command, str(folder)]) == cli.BAD_INPUT
+def refused(capsys, command, folder, *parts, options=()):
+    assert cli.run([command, str(folder), *map(str, options)]) == cli.BAD_INPUT
     error = capsys.readouterr().err
     assert error.startswith("error: ")
     assert error.count("\n") == 1
@@ -153,6 +154,17 @@ def test_a_file_too_large_is_not_read(place, capsys):
 def test_members_are_counted_before_they_are_read(place, capsys):
     np.savez(place / GAIT_FILE, **{f"n{k}": np.zeros(0) for k in range(300)})
     refused(capsys, "verify", place, "it holds too much")
+
+
+@pytest.mark.parametrize(
+    "head", ["(" * 5000, "\\d", "{'descr': '|O'}", "{", "{'shape': (2**62,)}", "\0", "1\n 1"]
+)
+def test_an_array_with_an_odd_head_is_named(place, capsys, head):
+    text = f"{head}\n".encode()
+    content = b"\x93NUMPY\1\0" + len(text).to_bytes(2, "little") + text + bytes(80)
+    with zipfile.ZipFile(place / MULTIPLIERS, "a") as archive:
+        archive.writestr("odd.npy", content)
+    refused(capsys, "predict", "preferred", "odd is no array", options=("--warm-from", place))
 
 
 @pytest.mark.parametrize("name", [GAIT_FILE, MULTIPLIERS])

@@ -68,7 +68,7 @@ class Arrays(Mapping[str, Any]):
             raise ValueError(f"it has no {name}")
         try:
             found = self._file[name]
-        except _UNREADABLE:
+        except Exception:  # noqa: BLE001, numpy parses what heads an array: it can raise anything
             found = None
         if isinstance(found, np.ndarray):
             return found
