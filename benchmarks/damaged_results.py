@@ -27,10 +27,10 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-from matplotlib.figure import Figure
 
 import human_gait as hg
 from human_gait import cli, prediction
+from human_gait.canvas import Picture
 from human_gait.people import comparison
 from human_gait.pictures.plots import save_plots
 from human_gait.reporting import page, panels
@@ -42,7 +42,12 @@ JSON = (names.SUMMARY, names.EXPLANATION, names.VERIFICATION, names.COMPARISON_J
 ARCHIVES = (names.GAIT_FILE, names.MULTIPLIERS)
 OTHERS = (names.GAIT_CYCLE, names.PLOTS[0])
 READERS = (("report",), ("explain",), ("compare",), ("verify",))
-OF_GAIT = (*READERS, ("export", "--format", "csv"), ("play", "--save", "page.html"))
+OF_GAIT = (
+    *READERS,
+    ("export", "--format", "csv"),
+    ("play", "--save", "page.html"),
+    ("film", "--out", "walk.png", "--size", "100x100"),
+)
 LEAKS = (
     "Traceback",
     "allow_pickle",
@@ -298,8 +303,9 @@ def quickly(read: bool) -> Iterator[None]:
         for target, name, instead in (
             (panels, "GROUPS", {"Joint angles": ("knee_flexion_deg",)}),
             (panels, "pictures", lambda *_: ()),
-            (page, "playback_page", lambda *_: ""),
-            (comparison, "compare_figure", lambda *_: Figure((1, 1))),
+            (page, "page_of", lambda *_, **__: ""),
+            (page, "still_address", lambda *_, **__: ""),
+            (comparison, "compare_figure", lambda *_: Picture(1.0, 1.0)),
             (prediction, "verify", (lambda _: []) if read else prediction.verify),
         ):
             patched.enter_context(mock.patch.object(target, name, instead))
@@ -313,7 +319,9 @@ def run(folder: Path, command: tuple[str, ...], read: bool) -> tuple[int, str, s
         raise TimeoutError(f"no end after {LONGEST} s")
 
     name, *options = command
-    options = [str(folder.parent / word) if word.endswith(".html") else word for word in options]
+    options = [
+        str(folder.parent / word) if word.endswith((".html", ".png")) else word for word in options
+    ]
     out, err, begin = io.StringIO(), io.StringIO(), time.perf_counter()
     before = signal.signal(signal.SIGALRM, give_up)
     signal.alarm(LONGEST)

@@ -120,7 +120,7 @@ class Bench:
         sent = time.monotonic()
         said = "".join(run.communicate(timeout=_LONGEST))
         lasted = time.monotonic() - sent
-        left, faults = self._left(run.returncode)
+        left, faults = self._left(run.returncode, number)
         if "Traceback" in said or "Exception ignored" in said:
             faults.append(said)
         if number != KILL and (
@@ -129,11 +129,12 @@ class Bench:
             faults.append(f"{odd} are left")
         return Trial(number, moment, run.returncode, left, lasted, tuple(faults))
 
-    def _left(self, code: int) -> tuple[str, list[str]]:
+    def _left(self, code: int, number: int) -> tuple[str, list[str]]:
         """Return whose result is in the folder, and what is wrong with it."""
         now = contents(self.out)
         if now == self._old:
-            return "old", [f"exit code {code}, nothing new"] if code in (0, 1) else []
+            expected = (-KILL, 128 + number)
+            return "old", [] if code in expected else [f"exit code {code}, nothing new"]
         faults = [] if code in (0, 1, -KILL) else [f"exit code {code}, but a new result"]
         try:
             gait = load_gait(self.out)

@@ -12,32 +12,6 @@
 
 from typing import TYPE_CHECKING
 
-from human_gait.exceptions import (
-    GaitError,
-    ModelError,
-    NoSolutionFound,
-    ResultError,
-    ScenarioError,
-    SolveInterrupted,
-    UnsupportedProgram,
-)
-from human_gait.scenario import (
-    Discretisation,
-    DofRange,
-    Ground,
-    Limits,
-    Load,
-    Objective,
-    Phases,
-    Posture,
-    Scenario,
-    Subject,
-    Tolerances,
-    Walk,
-    load_scenario,
-    shipped_scenarios,
-)
-
 __all__ = [
     "Body",
     "Check",
@@ -97,6 +71,15 @@ if TYPE_CHECKING:
     from human_gait.checks.check import Check
     from human_gait.checks.models import drake_plant, pinocchio_model
     from human_gait.checks.table import Checks, verify
+    from human_gait.exceptions import (
+        GaitError,
+        ModelError,
+        NoSolutionFound,
+        ResultError,
+        ScenarioError,
+        SolveInterrupted,
+        UnsupportedProgram,
+    )
     from human_gait.people.comparison import Comparison, compare
     from human_gait.playback.film import film
     from human_gait.playback.page import play
@@ -104,6 +87,22 @@ if TYPE_CHECKING:
     from human_gait.problem.own import Motion, PathConstraint, Rows, RunningCost
     from human_gait.problem.program import GaitProgram, build_program
     from human_gait.reporting.calls import Explanation, explain, report
+    from human_gait.scenario import (
+        Discretisation,
+        DofRange,
+        Ground,
+        Limits,
+        Load,
+        Objective,
+        Phases,
+        Posture,
+        Scenario,
+        Subject,
+        Tolerances,
+        Walk,
+        load_scenario,
+        shipped_scenarios,
+    )
     from human_gait.solving.newton_solver import NewtonSolver
     from human_gait.solving.solver import Solution, solve
     from human_gait.solving.watch import Iterate
@@ -118,17 +117,36 @@ else:
         "Check": "checks.check",
         "Checks": "checks.table",
         "Comparison": "people.comparison",
+        "Discretisation": "scenario",
+        "DofRange": "scenario",
         "Explanation": "reporting.calls",
         "Gait": "walk.gait",
+        "GaitError": "exceptions",
         "GaitProgram": "problem.program",
+        "Ground": "scenario",
         "Iterate": "solving.watch",
+        "Limits": "scenario",
+        "Load": "scenario",
+        "ModelError": "exceptions",
         "Motion": "problem.own",
         "NewtonSolver": "solving.newton_solver",
+        "NoSolutionFound": "exceptions",
+        "Objective": "scenario",
         "PathConstraint": "problem.own",
+        "Phases": "scenario",
+        "Posture": "scenario",
+        "ResultError": "exceptions",
         "Rows": "problem.own",
         "RunningCost": "problem.own",
         "Samples": "walk.gait",
+        "Scenario": "scenario",
+        "ScenarioError": "exceptions",
         "Solution": "solving.solver",
+        "SolveInterrupted": "exceptions",
+        "Subject": "scenario",
+        "Tolerances": "scenario",
+        "UnsupportedProgram": "exceptions",
+        "Walk": "scenario",
         "bspline_trajectory": "problem.drake",
         "build_program": "problem.program",
         "compare": "people.comparison",
@@ -136,12 +154,14 @@ else:
         "explain": "reporting.calls",
         "film": "playback.film",
         "load": "walks",
+        "load_scenario": "scenario",
         "make_body": "body.person",
         "offer_hessian": "problem.drake",
         "pinocchio_model": "checks.models",
         "play": "playback.page",
         "predict": "walks",
         "report": "reporting.calls",
+        "shipped_scenarios": "scenario",
         "solve": "solving.solver",
         "verify": "checks.table",
     }

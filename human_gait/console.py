@@ -125,11 +125,6 @@ def _show_table(checks: list[Check]) -> None:
             screen().print(check.told, soft_wrap=True)
 
 
-def tell(what: object) -> None:
-    """Print a line that is no markup, however long."""
-    screen().print(str(what), soft_wrap=True)
-
-
 def warn(what: object) -> None:
     """Print a warning on standard error, in one line."""
     screen(stderr=True).print(f"warning: {one_line(what)}", soft_wrap=True)

@@ -62,7 +62,12 @@ def told_of(error: BaseException) -> str:
 
 
 def failed(error: BaseException) -> int:
-    """Print the line of an error that nobody's input is to blame for; return the exit code."""
+    """Print the line of an error that nobody's input is to blame for; return the exit code.
+
+    A package that is interrupted while it is imported may say that it cannot be.
+    """
+    if under_way().asked.raised:
+        return interrupted()
     if fault := environment_fault(error):
         return complain(fault, BAD_INPUT)
     return complain(unforeseen(error), UNFORESEEN)
@@ -115,10 +120,10 @@ def _foreign(name: str) -> str:
     if spec is None or not spec.origin or name in sys.stdlib_module_names:
         return ""
     origin, given = Path(spec.origin), os.environ.get("PYTHONPATH", "").split(os.pathsep)
-    if any(origin.is_relative_to(Path(part).absolute()) for part in given if part):
-        return f"{origin}, by PYTHONPATH: env -u PYTHONPATH human-gait ... does without"
     if any(origin.is_relative_to(prefix) for prefix in {sys.prefix, sys.base_prefix}):
         return ""
+    if any(origin.is_relative_to(Path(part).absolute()) for part in given if part):
+        return f"{origin}, by PYTHONPATH: env -u PYTHONPATH human-gait ... does without"
     return f"{origin} is not of the environment {sys.prefix}: move it, or work in another folder"
 
 

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from human_gait import console
-from human_gait.checks.folder import folder_checks
+from human_gait.checks.folder import folder_check
 from human_gait.checks.verification import verify
 from human_gait.exceptions import ResultError
 from human_gait.faults import told_of
@@ -229,11 +229,8 @@ def verify_folder(folder: Path) -> bool:
         If there is no gait that can be read.
     """
     record = load_record(folder)
-    files, wrong = folder_checks(record.gait, folder)
-    checks = [*verify(record), *files]
+    checks = [*verify(record), folder_check(record.gait, folder)]
     console.show_checks(record, checks)
-    for one in wrong:
-        console.tell(one)
     try:
         check_free(folder, [VERIFICATION])
         with whole_file(folder / VERIFICATION) as path:

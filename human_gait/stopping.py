@@ -56,6 +56,11 @@ class Asked:
         """Only take note of signals from now on: there is something to keep."""
         self._held += 1
 
+    @property
+    def raised(self) -> bool:
+        """Whether KeyboardInterrupt was raised, be it that libraries made something else of it."""
+        return self._raised > -math.inf
+
     @contextmanager
     def held(self) -> Iterator[None]:
         """Only take note of signals for a while."""

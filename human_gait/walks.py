@@ -17,7 +17,7 @@ from human_gait.exceptions import NoSolutionFound, SolveInterrupted
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.results.names import EXPLANATION, GAIT_CYCLE, SUMMARY, result_files
-from human_gait.results.ours import our_folder
+from human_gait.results.ours import given_path, our_folder
 from human_gait.results.reading import read_json
 from human_gait.results.sealed import write_json
 from human_gait.results.shapes import FOUND
@@ -151,7 +151,7 @@ def load(path: str | Path) -> Gait:
 def save(gait: Gait, folder: str | Path) -> Path:
     """Write a gait as a result without pictures, as `Gait.save` says, and return the folder."""
     seed = int(gait.solution.get("seed", 0))
-    with our_folder(Path(folder), result_files(SOLVERS), solved=False) as new:
+    with our_folder(given_path(folder), result_files(SOLVERS), solved=False) as new:
         kept, saved = save_verified(_attempt(gait), seed, new)
         save_multipliers(saved, new)
         save_gait_cycle(saved, new / GAIT_CYCLE)

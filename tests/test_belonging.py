@@ -11,17 +11,20 @@ from walking import guessed_gait
 
 import human_gait as hg
 from human_gait import cli
+from human_gait.canvas import Picture
 from human_gait.exceptions import ResultError
+from human_gait.export.formats import export
 from human_gait.people.comparison import compare_folder, compare_to_folder
-from human_gait.pictures.plots import save_plots
 from human_gait.problem.program import build_program
 from human_gait.reporting.results import read_results
 from human_gait.results.names import (
     COMPARISON,
     EXPLANATION,
+    EXPORT,
     GAIT_CYCLE,
     GAIT_FILE,
     MULTIPLIERS,
+    OPENSIM_COORDINATES,
     PLOTS,
     SUMMARY,
     VERIFICATION,
@@ -39,7 +42,16 @@ READERS = {
     "explain": hg.explain,
     "figures": own_gait,
 }
-MADE = {SUMMARY, EXPLANATION, GAIT_CYCLE, VERIFICATION, MULTIPLIERS, *PLOTS, *COMPARISON}
+MADE = {
+    f"{EXPORT}/{OPENSIM_COORDINATES}",
+    SUMMARY,
+    EXPLANATION,
+    GAIT_CYCLE,
+    VERIFICATION,
+    MULTIPLIERS,
+    *PLOTS,
+    *COMPARISON,
+}
 NO_DIGEST = {GAIT_CYCLE, "compare.csv"}
 
 
@@ -49,7 +61,9 @@ def make(folder, load):
     multipliers = fitting({}, build_program(gait.scenario, gait.basis))
     replace(gait, multipliers=multipliers).save(folder)
     compare_to_folder(folder)
-    save_plots(load_gait(folder), folder)
+    for name in PLOTS:
+        (folder / name).write_bytes(Picture(1.0, 1.0).png({"gait": gait_digest(gait)}))
+    export(gait, folder / EXPORT, "mot")
     cli.run(["verify", str(folder)])
     return folder
 
@@ -90,7 +104,7 @@ def edited(path, change):
 
 def test_every_file_carries_the_digest_of_its_gait(two):
     for folder in two:
-        assert {path.name for path in folder.iterdir()} >= MADE
+        assert {str(path.relative_to(folder)) for path in folder.rglob("*")} >= MADE
         digest = gait_digest(load_gait(folder))
         for name in MADE - NO_DIGEST - {MULTIPLIERS}:
             assert digest.encode() in (folder / name).read_bytes(), name
@@ -109,7 +123,7 @@ def test_the_table_of_the_cycle_is_what_pandas_reads_at_once(two):
 @pytest.mark.parametrize("reader", READERS)
 def test_a_file_of_another_walk_is_named(mixed, name, reader):
     folder, other = mixed
-    shutil.copy(other / name, folder)
+    shutil.copy(other / name, folder / name)
     if reader == "compare" and name in COMPARISON:
         READERS[reader](folder)  # which writes it anew
         return
@@ -129,8 +143,8 @@ def test_a_gait_of_another_walk_is_told(mixed, capsys):
     assert cli.run(["verify", str(folder)]) == cli.NO_SOLUTION
     told = capsys.readouterr().out
     assert "other files off the gait" in told
-    named = [name for name in MADE if f"{folder / name}: " in told]
-    assert set(named) == MADE - {VERIFICATION, "compare.csv"}  # written anew; belongs to the json
+    named = {name for name in MADE if f"{name}: " in told}
+    assert named == MADE - {VERIFICATION, "compare.csv"}  # written anew; belongs to the json
     with pytest.raises(ResultError, match="of another walk"):
         hg.load(folder)  # its multipliers are
 

@@ -71,7 +71,7 @@ def settings():
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_a_style_that_is_set_in_python_does_not_reach_pictures_and_stays(name, monkeypatch):
-    monkeypatch.setattr(people, "PANELS", people.PANELS[2:3])
+    monkeypatch.setattr(people, "PANELS", people.PANELS[2:4])
     expected = DRAWN[name]()
     with mpl.rc_context(HOSTILE):
         before = settings()

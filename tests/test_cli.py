@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from walking import guessed_gait
 
-from human_gait import cli, exits
+from human_gait import cli
+from human_gait.commands import arguments, exits
 from human_gait.exceptions import ModelError, NoSolutionFound, ResultError
 from human_gait.scenario import scenario_file
 from human_gait.walk.gait_file import save_gait
@@ -366,7 +367,7 @@ def test_the_choices_are_those_of_the_rooms():
     from human_gait.dynamics.inverse_dynamics import ENGINES
     from human_gait.solving.drake_solvers import SOLVERS
 
-    assert tuple(cli.DynamicsName) == ENGINES
+    assert tuple(arguments.DynamicsName) == ENGINES
     assert tuple(cli.SolverName) == SOLVERS
     assert tuple(cli.SolverChoice) == (*SOLVERS, "all")
 

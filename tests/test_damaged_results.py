@@ -92,6 +92,20 @@ def test_what_is_not_of_the_declared_shape_is_named_by_file_and_key(
     assert not set("\x1b\x9b\u202e") & set(said)
 
 
+@pytest.mark.parametrize("key", ["checks.masses off the body.limit", "cost", "diagnosis"])
+def test_what_may_be_null_may_not_be_missing(place, capsys, key):
+    found = json.loads((place / SUMMARY).read_text())
+    for name in ("gait", "digest"):
+        found.pop(name)
+    *outer, last = key.split(".")
+    inside = found
+    for part in outer:
+        inside = inside[part]
+    inside.pop(last)
+    (place / SUMMARY).write_text(json.dumps(found))
+    refused(capsys, "report", place, f"{SUMMARY}: it has no {key}")
+
+
 @pytest.mark.parametrize("spoil", [SPOILS[0], SPOILS[1], SPOILS[3]])
 def test_what_json_should_not_be_is_no_json(spoil):
     text = spoil('{"a": {"b": 1}}')

@@ -24,12 +24,13 @@ INNER = {  # what each command calls, to fail in its place
     "verify": ("human_gait.prediction.verify", ["walk"]),
     "explain": ("human_gait.results.explanation.explained", ["walk"]),
     "play": ("human_gait.playback.page.play", ["walk"]),
+    "film": ("human_gait.playback.film.film", ["walk"]),
     "plot": ("human_gait.pictures.plots.save_plots", ["walk"]),
     "compare": ("human_gait.people.comparison.compare_to_folder", ["walk"]),
     "report": ("human_gait.reporting.page.report_to_file", ["walk"]),
     "figures": ("human_gait.pictures.paper_figures.save_figures", ["."]),
     "export": ("human_gait.export.formats.export_gait", ["walk"]),
-    "urdf": ("human_gait.body.person.make_body", []),
+    "urdf": ("human_gait.export.robot.scenario_robot", []),
 }
 UNICODE = UnicodeEncodeError("utf-8", "\udce9", 0, 1, "surrogates not allowed")
 ERRORS = {  # and the exit code that belongs to it
@@ -196,6 +197,23 @@ def test_a_library_that_does_not_load_is_told_with_the_remedy(monkeypatch):
         assert faults.environment_fault(other) == ""
 
 
+def test_an_import_that_makes_something_else_of_an_interruption_is_interrupted(
+    kept, monkeypatch, capsys
+):
+    """As packages do whose modules are compiled."""
+
+    def fail():
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except KeyboardInterrupt:
+            raise ImportError("pinocchio: initialization failed", name="pinocchio") from None
+
+    monkeypatch.setattr(INNER["settings"][0], fail)
+    assert cli.run(["settings"]) == 128 + signal.SIGTERM
+    assert capsys.readouterr().err == "error: interrupted\n"
+    assert list(kept.iterdir()) == []
+
+
 # --- ways in
 
 
@@ -251,3 +269,17 @@ def test_a_terminal_that_is_closed_costs_no_result(tmp_path):
     os.close(ours)
     said = process.communicate(timeout=60)[1]
     assert (process.returncode, said) == (0, b"")
+
+
+@pytest.mark.parametrize(
+    ("words", "found"), [("human-gait pre", "predict"), ("human-gait predict --ti", "--time-limit")]
+)
+def test_shells_complete_commands_and_options(words, found, tmp_path):
+    number = str(len(words.split()) - 1)
+    asked = {"_HUMAN_GAIT_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": number}
+    done = run(**asked)
+    assert (done.stdout.strip(), done.stderr, done.returncode) == (found, "", 0)
+    alone = {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}  # whatever runs the tests
+    shown = run("--show-completion", "bash", HOME=str(tmp_path), **alone)
+    assert "_HUMAN_GAIT_COMPLETE" in shown.stdout
+    assert (shown.stderr, shown.returncode) == ("", 0)

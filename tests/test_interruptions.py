@@ -47,8 +47,8 @@ def test_the_trials_notice_a_result_of_two_halves(bench):
     assert (trial.left, trial.code, trial.faults) == ("new", 1, ())
     summary = bench.out / "summary.json"
     summary.write_text(summary.read_text().replace('"cost": ', '"cost": 1'))
-    assert bench._left(1)[1] == ["the files are not of one result"]
-    assert bench._left(143)[1] == [
+    assert bench._left(1, SIGNALS[0])[1] == ["the files are not of one result"]
+    assert bench._left(143, SIGNALS[0])[1] == [
         "exit code 143, but a new result",
         "the files are not of one result",
     ]

@@ -5,9 +5,9 @@ import errno
 import io
 import os
 import shutil
+import tempfile
 import types
 from pathlib import Path
-from urllib.parse import unquote_to_bytes
 
 import matplotlib as mpl
 import pytest
@@ -15,12 +15,12 @@ from PIL import Image
 from solves import solved
 from walking import guessed_gait
 
+import human_gait as hg
 from human_gait import cli
-from human_gait.arguments import check_writable
+from human_gait.commands.arguments import check_writable
 from human_gait.exceptions import ResultError
 from human_gait.pictures import plots
 from human_gait.prediction import OURS
-from human_gait.reporting.page import _link
 from human_gait.results.names import EXPORTED, PLOTS, PREDICTED
 from human_gait.results.ours import check_free, is_ours, our_folder
 from human_gait.scenario import Scenario
@@ -82,12 +82,13 @@ def test_every_command_works_in_every_folder_and_what_it_writes_is_known_as_ours
     assert {"own.html", "walk.gif"} <= {path.name for path in files}
 
 
-def test_a_result_is_written_and_read_there_from_python_too(tmp_path):
+def test_a_result_is_written_and_read_there_from_python_too(tmp_path, monkeypatch):
+    """Even temporary files may have to be in such a folder."""
     folder = guessed_gait().save(tmp_path / ODD)
     check_writable(folder)
     assert load_gait(folder).scenario == guessed_gait().scenario
-    link = _link(types.SimpleNamespace(folder=folder), tmp_path / "report.html")
-    assert unquote_to_bytes(link) == os.fsencode(Path(ODD) / "playback.html")
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    assert all(map(is_ours, guessed_gait().export(folder / "c3d", "c3d")))
 
 
 @pytest.mark.parametrize(
@@ -282,6 +283,22 @@ def test_an_empty_path_is_none(tmp_path, monkeypatch, capsys, words):
     assert everything_in(tmp_path) == before
 
 
+@pytest.mark.parametrize(
+    "write",
+    [
+        lambda gait: gait.save(""),
+        lambda gait: gait.export(""),
+        lambda gait: hg.report(gait, out=""),
+        lambda gait: hg.film(gait, ""),
+    ],
+)
+def test_nor_is_it_one_from_python(tmp_path, monkeypatch, write):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ResultError, match="empty path"):
+        write(guessed_gait())
+    assert list(tmp_path.iterdir()) == []
+
+
 # --- the place is tried
 
 
@@ -347,8 +364,8 @@ def test_a_refinement_is_written_beside_a_result_that_has_no_name_here(
 @pytest.mark.parametrize("call", range(len(PLOTS)))
 def test_a_disk_that_gets_full_leaves_the_old_pictures(tmp_path, monkeypatch, call):
     content, made = types.SimpleNamespace(png=lambda *_: b"gait=0123456789abcdef"), iter(range(99))
-    monkeypatch.setattr(plots, "PLOTS", {Path(name).stem: lambda _: content for name in PLOTS})
-    plots.save_plots(None, tmp_path)
+    monkeypatch.setattr(plots, "plot", lambda *_: content)
+    plots.save_plots(guessed_gait(), tmp_path)
     before, write = everything_in(tmp_path), Path.write_bytes
 
     def full(path, text):
@@ -360,6 +377,6 @@ def test_a_disk_that_gets_full_leaves_the_old_pictures(tmp_path, monkeypatch, ca
     with monkeypatch.context() as patch:
         patch.setattr(Path, "write_bytes", full)
         with pytest.raises(ResultError, match="No space left"):
-            plots.save_plots(None, tmp_path)
+            plots.save_plots(guessed_gait(), tmp_path)
     assert everything_in(tmp_path) == before
     assert set(before) == set(PLOTS)

@@ -298,7 +298,7 @@ def test_the_key_numbers_are_those_of_the_walks_with_what_changed(three, three_p
     moment = [found["ankle plantarflexion moment"].max() * 78.4 for found in curves]
     _, *knees = rows["largest knee flexion"]
     np.testing.assert_allclose(
-        knees, [knee[0], knee[1], knee[1] - knee[0], knee[2], knee[2] - knee[0]], atol=1e-9
+        knees, [knee[0], knee[1], knee[1] - knee[0], knee[2], knee[2] - knee[0]], atol=1e-6
     )
     for label, values in (
         ("peak ankle plantarflexion torque", moment),
@@ -306,7 +306,7 @@ def test_the_key_numbers_are_those_of_the_walks_with_what_changed(three, three_p
     ):
         changes = [100 * (value / values[0] - 1) for value in values]
         wanted = [values[0], values[1], changes[1], values[2], changes[2]]
-        np.testing.assert_allclose(rows[label][1:], wanted, rtol=1e-9)
+        np.testing.assert_allclose(rows[label][1:], wanted, rtol=1e-7)  # the CSV has 9 digits
     gait = guessed_gait(LOADS[2])
     t = gait.step_time * np.linspace(0, 2, 2001)
     power = gait.tau(t)[:, 6:] * gait.v(t)[:, 6:]
@@ -558,12 +558,16 @@ def test_pages_are_sealed_and_say_of_which_gaits_they_are(three, one_page, three
 
 
 @pytest.mark.usefixtures("one_panel")
-def test_a_gait_that_is_no_walk_says_so_whatever_the_summary_says(tmp_path, checks):
-    folder = write(tmp_path / "a", checks)
+def test_a_gait_that_is_no_walk_says_so_and_its_summary_has_to_agree(tmp_path, checks):
+    folder = write(tmp_path / "a", checks, success=False)
     gait = guessed_gait()
     save_gait(replace(gait, solution={**gait.solution, "success": False}), folder)
-    (warning,) = html.document_fromstring(report_page([folder])).xpath("//p[@role='alert']")
-    assert "This is no walk" in warning.text_content()
+    warnings = html.document_fromstring(report_page([folder])).xpath("//p[@role='alert']")
+    assert any("This is no walk" in warning.text_content() for warning in warnings)
+    found = read_json(folder / "summary.json") | {"success": True}
+    (folder / "summary.json").write_text(json.dumps(found))
+    with pytest.raises(ResultError, match=r"summary\.json: success = true, but gait\.npz"):
+        report_page([folder])
 
 
 def test_ids_are_unique_and_lead_somewhere(page):

@@ -25,6 +25,7 @@ from human_gait.scenario import (
     Scenario,
     Subject,
     Walk,
+    lawful_name,
     load_scenario,
     scenario_file,
     shipped_scenarios,
@@ -774,4 +775,48 @@ def test_no_file_content_escapes_the_loader(tmp_path_factory, content):
     path = tmp_path_factory.getbasetemp() / "any.toml"
     path.write_bytes(content)
     with pytest.raises(ScenarioError):
+        load_scenario(path)
+
+
+# --- names that come from files
+
+
+@pytest.mark.parametrize(
+    ("stem", "name"),
+    [
+        ("walk (1)", "walk-1"),
+        ("a&b", "a-b"),
+        ("sub,1", "sub-1"),
+        ("subject's walk", "subject-s walk"),
+        ("trial[3]", "trial-3"),
+        ("1.2m_s@treadmill", "1.2m_s-treadmill"),
+        ("walk#2", "walk-2"),
+        ("walk - (2)", "walk-2"),
+        ("-walk", "walk"),
+        ("  walk ", "walk"),
+        ("walk ", "walk "),  # lawful as it is
+        ("a:b\\c|d", "a-b-c-d"),
+        ("a\nb\x1b[1m", "a-b-1m"),
+        ("???", "scenario"),
+        ("caf\udce9", "caf"),  # bytes that are no UTF-8
+        ("e\u0301te\u0301", "\u00e9t\u00e9"),
+        ("x" * 240, "x" * 100),
+    ],
+)
+def test_a_file_of_any_name_gives_its_scenario_a_lawful_one(tmp_path, stem, name):
+    path = tmp_path / f"{stem}.toml"
+    path.write_text("[walk]\nspeed = 1.3\nstep_length = 0.7\n")
+    assert load_scenario(path).name == name
+    assert lawful_name(name) == name
+
+
+@given(st.text(max_size=150))
+def test_there_is_a_lawful_name_for_every_text(text):
+    assert Scenario(lawful_name(text), {"speed": 1.3, "step_length": 0.7})
+
+
+def test_a_name_that_is_written_is_taken_as_it_is_or_refused(tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_text('name = "walk (1)"\n[walk]\nspeed = 1.3\nstep_length = 0.7\n')
+    with pytest.raises(ScenarioError, match=r'name = "walk \(1\)": must be a name of at most 100'):
         load_scenario(path)

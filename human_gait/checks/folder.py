@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from human_gait.checks.check import Check, Claim, Kind
@@ -13,10 +12,11 @@ from human_gait.walk.gait import Gait
 _FILES = Claim("other files off the gait", "files", Kind.FILE)
 
 
-def folder_checks(gait: Gait, folder: Path) -> tuple[list[Check], Sequence[str]]:
-    """Return the check of the files in the folder of a gait, and what is wrong with each.
+def folder_check(gait: Gait, folder: Path) -> Check:
+    """Return the check of the files in the folder of a gait; it says what is wrong with each.
 
-    All count but ``verification.json``, which a check replaces.
+    All count but ``verification.json``, which is about to be replaced.
     """
-    wrong = list(strangers(gait, folder, (VERIFICATION,)))
-    return [_FILES.found(float(len(wrong)), 0.0, 0.0)], wrong
+    found = list(strangers(gait, folder, (VERIFICATION,)))
+    what = "; ".join(f"{name}: {wrong}" for name, wrong in found)
+    return _FILES.found(float(len(found)), 0.0, 0.0, what)

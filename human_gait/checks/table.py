@@ -12,7 +12,7 @@ from typing import SupportsIndex, overload
 import numpy as np
 
 from human_gait.checks.check import Check
-from human_gait.checks.folder import folder_checks
+from human_gait.checks.folder import folder_check
 from human_gait.checks.verification import verify as verify_record
 from human_gait.exceptions import ResultError
 from human_gait.walk.gait import Gait, Samples
@@ -122,8 +122,7 @@ def verify(result: Gait | Record | str | Path) -> Checks:
     if isinstance(result, Record):
         return Checks(verify_record(result))
     record = load_record(result)
-    files, _ = folder_checks(record.gait, folder_of(result))
-    return Checks([*verify_record(record), *files])
+    return Checks([*verify_record(record), folder_check(record.gait, folder_of(result))])
 
 
 def _finite_record(gait: Gait) -> Record:

@@ -221,7 +221,8 @@ def _add_group(file: Any, group: str, values: dict[str, Any]) -> None:
 
 def _write(file: Any, path: Path) -> None:
     """Write it elsewhere first: the library takes UTF-8 alone, and says nothing of a full disk."""
-    with tempfile.TemporaryDirectory() as folder:
+    usual = tempfile.gettempdir()
+    with tempfile.TemporaryDirectory(dir=usual if _is_utf8(usual) else "/tmp") as folder:
         whole = Path(folder) / path.name
         file.write(str(whole))
         content = whole.read_bytes()
@@ -229,3 +230,11 @@ def _write(file: Any, path: Path) -> None:
     if len(content) < least:
         raise ResultError(f"{path.name}: cannot be written: no space left for temporary files")
     path.write_bytes(content)
+
+
+def _is_utf8(path: str) -> bool:
+    try:
+        path.encode("utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True

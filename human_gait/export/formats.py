@@ -28,7 +28,7 @@ from human_gait.export.trajectory import (
     save_trajectory_json,
 )
 from human_gait.results import names
-from human_gait.results.ours import our_folder
+from human_gait.results.ours import given_path, our_folder
 from human_gait.walk.gait import Gait, Samples, onward
 
 RATE, OPENSIM_RATE = 100, 1000
@@ -199,7 +199,7 @@ def export(
 ) -> list[Path]:
     """Write one stride of a gait to a folder, as `Gait.export` says."""
     names = [formats] if isinstance(formats, str) else formats or tuple(FORMATS)
-    return export_gait(gait, Path(folder), names, rate)
+    return export_gait(gait, given_path(folder), names, rate)
 
 
 def _usual_rate(name: str) -> float:

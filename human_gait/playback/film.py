@@ -24,7 +24,7 @@ from human_gait.playback.picture import VIEWS, Walker, downscaled, stage_for
 from human_gait.playback.still import strobe
 from human_gait.results.folder import whole_file
 from human_gait.results.names import FILM
-from human_gait.results.ours import check_free
+from human_gait.results.ours import check_free, given_path
 from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait_file import folder_of, load_gait
 
@@ -120,7 +120,7 @@ def size_named(text: str) -> tuple[int, int]:
 
 def _target(gait: Gait | str | Path, path: str | Path | None) -> Path:
     if path is not None:
-        return Path(path)
+        return given_path(path)
     return (folder_of(gait) if isinstance(gait, str | Path) else Path("out")) / FILM
 
 

@@ -14,7 +14,7 @@ from human_gait.reporting.results import Bound, read_bounds
 from human_gait.results.explanation import explained
 from human_gait.results.folder import whole_file
 from human_gait.results.names import REPORT
-from human_gait.results.ours import check_free
+from human_gait.results.ours import check_free, given_path
 from human_gait.terminal import screen
 from human_gait.walk.belonging import own_gait
 from human_gait.walk.gait import Gait
@@ -100,7 +100,7 @@ def report(
         written.
     """
     given = [results] if isinstance(results, Gait | str | Path) else list(results)
-    target = _page_of(given) if out is None else Path(out)
+    target = _page_of(given) if out is None else given_path(out)
     with _folders(given) as folders:
         page = report_page(folders)
     if out is None:

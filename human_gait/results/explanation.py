@@ -50,7 +50,7 @@ def _failure(summary: dict[str, Any]) -> str:
     """Return the diagnosis of a solve that found no walk; nothing if it found one."""
     if summary["success"]:
         return ""
-    diagnosis = summary["diagnosis"]
+    diagnosis = summary.get("diagnosis")
     return diagnosis_text(diagnosis) if diagnosis else "no walk was found; why is not recorded"
 
 

@@ -52,6 +52,13 @@ _SIZES = {  # [dots] of pictures of versions that wrote no source into them
 }
 
 
+def given_path(given: str | Path) -> Path:
+    """Return the path that somebody gave; a text without a sign would mean the current folder."""
+    if not str(given):
+        raise ResultError("an empty path: give a name, or '.' for the current folder")
+    return Path(given)
+
+
 def is_ours(path: Path) -> bool:
     """Tell whether a file was written by us, or is empty so that nothing can be lost with it."""
     try:

@@ -1,7 +1,8 @@
 """What the JSON files of a result have to hold, declared once: names and kinds of all that is read.
 
 A shape is a type (``bool``, ``int``, ``float``, ``str``), a table of shapes by key, a `Many` of one
-shape, or an `Either`. What is not declared is not read and may be anything.
+shape, a number `Between` two, or what may be null (`OrNull`) or missing (`Maybe`). What is not
+declared is not read and may be anything.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 from unicodedata import category
 
-Shape: TypeAlias = "type | Mapping[str, Shape] | Many | Maybe | Between"
+Shape: TypeAlias = "type | Mapping[str, Shape] | Many | OrNull | Between"
 
 _LARGEST = 1e300  # of a number
 _LONGEST = 2_000  # signs of a text
@@ -30,10 +31,15 @@ class Many:
 
 
 @dataclass(frozen=True)
-class Maybe:
-    """What may be null, or missing in a table."""
+class OrNull:
+    """What may be null."""
 
     shape: Shape
+
+
+@dataclass(frozen=True)
+class Maybe(OrNull):
+    """What may be null, or missing in a table."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +50,7 @@ class Between:
     high: float
 
 
-NUMBER = Maybe(float)
+NUMBER = OrNull(float)
 """A number that is null where it is not finite, which JSON cannot tell."""
 
 _TRIAL: Mapping[str, Shape] = {
@@ -70,6 +76,7 @@ _VIOLATION: Mapping[str, Shape] = {
     "equation": str,
 }
 _TRY: Mapping[str, Shape] = dict.fromkeys(("key", "change", "because"), str)
+_DIAGNOSIS: Mapping[str, Shape] = {"not_kept": Many(str), "try": Many(_TRY)}
 
 FOUND: Mapping[str, Shape] = {
     **dict.fromkeys(("start", "dynamics"), str),
@@ -80,7 +87,7 @@ FOUND: Mapping[str, Shape] = {
 
 VERDICT: Mapping[str, Shape] = {
     "success": bool,
-    "diagnosis": Maybe({"not_kept": Many(str), "try": Many(_TRY)}),
+    "diagnosis": Maybe(_DIAGNOSIS),
 }
 """Whether there is a walk, and else why not: part of ``summary.json``."""
 
@@ -95,6 +102,7 @@ ASKED: Mapping[str, Shape] = {
 SUMMARY_SHAPE: Mapping[str, Shape] = {
     **FOUND,
     **VERDICT,
+    "diagnosis": OrNull(_DIAGNOSIS),
     **ASKED,
     **dict.fromkeys(("solver", "solver_status"), str),
     **dict.fromkeys(("n_variables", "n_constraints"), int),
@@ -130,7 +138,7 @@ RESULT_SHAPE: Mapping[str, Shape] = {
 SOLUTION_SHAPE: Mapping[str, Shape] = {
     **{key: Maybe(shape) for key, shape in FOUND.items()},
     **dict.fromkeys(("solver", "status", "digest"), Maybe(str)),
-    **dict.fromkeys(("cost", "wall_time_s"), NUMBER),
+    **dict.fromkeys(("cost", "wall_time_s"), Maybe(float)),
     "own_bounds": Maybe(Many(_BOUND)),
 }
 """How a gait was found, in its own file; a gait that was made by hand knows less."""
@@ -154,7 +162,7 @@ def faults(content: Any, shape: Shape, key: str = "") -> Iterator[str]:
     key : str
         Of the content.
     """
-    if isinstance(shape, Maybe):
+    if isinstance(shape, OrNull):
         if content is not None:
             yield from faults(content, shape.shape, key)
     elif isinstance(shape, Many):

@@ -20,6 +20,9 @@ from human_gait.results.names import (
     COMPARISON_JSON,
     COMPARISON_PNG,
     EXPLANATION,
+    EXPORT,
+    EXPORTED,
+    FILMS,
     GAIT_CYCLE,
     GAIT_FILE,
     MULTIPLIERS,
@@ -31,7 +34,7 @@ from human_gait.results.names import (
 )
 from human_gait.results.reading import AGAIN, LARGEST, read_json, read_regular
 from human_gait.results.sealed import digest_of
-from human_gait.results.shapes import ASKED, FOUND, GAITS, NUMBER, Maybe, Shape
+from human_gait.results.shapes import ASKED, FOUND, GAITS, Maybe, Shape
 from human_gait.scenario import Scenario
 from human_gait.walk.described import gait_digest
 from human_gait.walk.gait import Gait
@@ -41,16 +44,15 @@ from human_gait.walk.gait_file import load_gait
 GAIT_MEMBER = "__gait__"
 """Of ``multipliers.npz``: the digest of the gait that they belong to."""
 
-_HEAD = 8192  # bytes at the start of pictures and pages, where their digest is
-_IN_PICTURE = re.compile(rb"tEXtgait\0([0-9a-f]{16})")
-_IN_PAGE = re.compile(rb'<meta name="gait" content="([0-9a-f]{16})">')
+_NEAR = 2**16  # bytes from the start or the end of a file in which its digest is
+_MARK = re.compile(rb'(?:\b|tEXt)gaits?(?:_digest)?(?:=|\0|": |" content=)"?([0-9a-f]{16})')
 _CLOSE = 1e-6  # of the largest number of a curve: the table has nine digits
 _TOLD: Mapping[str, Shape] = {
     **GAITS,
     **ASKED,
     **{key: Maybe(shape) for key, shape in FOUND.items()},
     **dict.fromkeys(("solver", "solver_status"), Maybe(str)),
-    "cost": NUMBER,
+    "cost": Maybe(float),
 }
 _OTHERS = f"is of another walk than {GAIT_FILE} beside it"
 
@@ -71,22 +73,22 @@ def own_gait(folder: Path, but: Collection[str] = ()) -> Gait:
         another walk.
     """
     gait = load_gait(folder)
-    for complaint in strangers(gait, folder, but):
-        raise ResultError(complaint)
+    for name, wrong in strangers(gait, folder, but):
+        help_ = "" if AGAIN in wrong else f": {AGAIN}, or see human-gait verify {folder}"
+        raise ResultError(f"{folder / name}: {wrong}{help_}")
     return gait
 
 
-def strangers(gait: Gait, folder: Path, but: Collection[str] = ()) -> Iterator[str]:
+def strangers(gait: Gait, folder: Path, but: Collection[str] = ()) -> Iterator[tuple[str, str]]:
     """Yield what does not belong to the gait of a folder: each file, and what is wrong with it."""
     for name, look in _LOOKS.items():
         if name not in but and (folder / name).exists():
             try:
                 wrong = look(folder / name, gait)
             except ResultError as error:
-                yield str(error)
-            else:
-                if wrong:
-                    yield f"{folder / name}: {wrong}: {AGAIN}, or see human-gait verify {folder}"
+                wrong = str(error).removeprefix(f"{folder / name}: ")
+            if wrong:
+                yield name, wrong
 
 
 def multipliers_belong(file: Mapping[str, Any], gait: Gait) -> bool:
@@ -126,7 +128,7 @@ def _is_of(table: Mapping[str, Any], scenario: Scenario) -> bool:
 
 
 def _of_explanation(path: Path, gait: Gait) -> str:
-    found = read_json(path, {**GAITS, "cost": NUMBER, "step_time_s": NUMBER})
+    found = read_json(path, {**GAITS, "cost": Maybe(float), "step_time_s": Maybe(float)})
     known = {"cost": gait.solution.get("cost"), "step_time_s": gait.step_time}
     for key, value in known.items():
         told = found.get(key)
@@ -139,7 +141,7 @@ def _of_json(path: Path, gait: Gait) -> str:
     found = read_json(path, GAITS)
     for name, digest in (found.get("files") or {}).items():
         beside = path.parent / Path(name).name
-        if beside.is_file() and digest_of(_start(beside, LARGEST)) != digest:
+        if beside.is_file() and digest_of(_content(beside)) != digest:
             return f"{beside.name} beside it was changed, or is of another walk"
     return _of_another(found, gait)
 
@@ -162,22 +164,16 @@ def _of_multipliers(path: Path, gait: Gait) -> str:
         return "" if multipliers_belong(file, gait) else _OTHERS
 
 
-def _of_picture(path: Path, gait: Gait) -> str:
-    return _marked(_IN_PICTURE, path, gait)
-
-
-def _of_page(path: Path, gait: Gait) -> str:
-    return _marked(_IN_PAGE, path, gait)
-
-
-def _marked(mark: re.Pattern[bytes], path: Path, gait: Gait) -> str:
-    found = mark.findall(_start(path, _HEAD))
+def _by_mark(path: Path, gait: Gait) -> str:
+    """Look for the digest that pictures, pages, films and exports carry."""
+    content = _content(path)
+    found = _MARK.findall(content[:_NEAR] + b" " + content[-_NEAR:])
     return _OTHERS if found and gait_digest(gait).encode() not in found else ""
 
 
-def _start(path: Path, most: int) -> bytes:
+def _content(path: Path) -> bytes:
     try:
-        return read_regular(path, most)
+        return read_regular(path, LARGEST)
     except OSError as error:
         raise ResultError(f"{path}: cannot be read: {error.strerror or error}") from None
 
@@ -189,8 +185,7 @@ _LOOKS: Mapping[str, Callable[[Path, Gait], str]] = {
     MULTIPLIERS: _of_multipliers,
     VERIFICATION: _of_json,
     COMPARISON_JSON: _of_json,
-    COMPARISON_PNG: _of_picture,
-    **dict.fromkeys(PLOTS, _of_picture),
-    **dict.fromkeys((PLAYBACK, REPORT), _of_page),
+    **dict.fromkeys((COMPARISON_PNG, *PLOTS, PLAYBACK, REPORT, *FILMS), _by_mark),
+    **dict.fromkeys((f"{EXPORT}/{name}" for name in EXPORTED), _by_mark),
 }
 """What each file is held against the gait by; ``compare.csv`` by ``compare.json`` beside it."""
