@@ -345,6 +345,14 @@ def test_advice_is_within_the_range_of_its_setting_and_given_once():
                 assert all(low <= value <= high for value in values), str(one)
 
 
+def test_phases_that_nobody_has_are_named():
+    late = {"foot_flat": 0.97, "ball_off": 0.97, "double_support": 0.97}
+    late |= {"heel_unloading": 0.98, "mid_swing": 0.98, "heel_off": 0.99}
+    found = failed(scenario(phases=late, **DEFAULTS))
+    assert "97 % of the step" in found["phases.double_support"]
+    assert "phases.double_support" not in failed(scenario(**DEFAULTS))
+
+
 def test_an_interrupted_solve_that_cannot_end_well_says_so():
     frozen = scenario(limits={"frozen": ["knee_flexion_r"]}, **DEFAULTS)
     assert list(failed(frozen, interrupted=True)) == ["limits.frozen"]

@@ -282,3 +282,28 @@ def test_every_kind_of_start_can_lead_to_a_walk(solver):
     from_noise = room.solve(program, solver, guess=noise)
     assert from_noise.converged
     assert from_noise.cost == pytest.approx(there.cost, rel=0.02)
+
+
+def test_many_control_points_start_from_the_walk_with_as_many_as_usual(monkeypatch):
+    program, seen = build_program(scenario(control_points=24, intervals=42)), []
+
+    def solved(stride, _solver, start=None, tell=None):  # noqa: ARG001, as `solve` has it
+        free = stride.guess() if start is None else start
+        seen.append((stride.basis.n_control_points, start))
+        numbers = {"iterations": 1, "evaluations": 2, "cost": 1.0, "wall_time": 3.0}
+        return Solution(
+            stride.gait(free), True, False, "newton", "optimal", **numbers, violations=[]
+        )
+
+    monkeypatch.setattr(room, "solve", solved)
+    names = [name for name, _ in room.own_starts(program, "newton", 0, None)]
+    assert names[0] == "fewer control points first"
+    found = room.refined(program, "newton")
+    assert [n for n, _ in seen] == [8, 24]
+    assert (found.iterations, found.evaluations, found.wall_time) == (2, 4, 6.0)
+    coarse = build_program(scenario(control_points=8, intervals=20))
+    gait = coarse.gait(coarse.guess())
+    t = np.linspace(0.0, gait.step_time, 20)
+    assert np.abs(found.gait.q(t) - gait.q(t)).max() < 0.05
+    usual = [name for name, _ in room.own_starts(build_program(scenario()), "newton", 0, None)]
+    assert "fewer control points first" not in usual

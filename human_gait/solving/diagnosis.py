@@ -29,6 +29,7 @@ LONG_STEP = 0.95  # [leg lengths]
 FROUDE = 0.5
 BMI = (15.0, 45.0)  # [kg/m^2]
 HEAVY_LOAD = 0.5  # [of body mass]
+DOUBLE_SUPPORT = (0.05, 0.5)  # [of the step]
 
 _PART = 0.3  # of the largest partial of a row: what can move it
 
@@ -98,6 +99,7 @@ def suggestions(program: GaitProgram, solution: Solution, checks: list[Check]) -
         return [Suggestion("predict", "let it run to its end", "the solve was interrupted")]
     failed = [check for check in checks if not check.passed]
     found = [*known, *_pace(scenario), *_reach(scenario), *_body(scenario)]
+    found += _phases(scenario)
     if broken:
         found += _held(program, solution, broken[0]) if not known else []
         found += _resolution(program, broken[0])
@@ -165,6 +167,17 @@ def _body(scenario: Scenario) -> Iterator[Suggestion]:
     if load > HEAVY_LOAD * subject.mass:
         because = f"{load:g} kg is {100.0 * load / subject.mass:.0f} % of the body mass"
         yield Suggestion("load.mass", f"at most {HEAVY_LOAD * subject.mass:.0f}", because)
+
+
+def _phases(scenario: Scenario) -> Iterator[Suggestion]:
+    """Find a step that hardly has two feet on the ground, or hardly one."""
+    share, (least, most) = scenario.phases.double_support, DOUBLE_SUPPORT
+    if not least <= share <= most:
+        because = (
+            f"both feet stand for {100.0 * share:.0f} % of the step, "
+            f"people's for {100.0 * least:.0f} to {100.0 * most:.0f} %"
+        )
+        yield Suggestion("phases.double_support", f"{least:g} to {most:g}", because)
 
 
 def _held(program: GaitProgram, solution: Solution, worst: Violation) -> Iterator[Suggestion]:

@@ -3,6 +3,7 @@
 Most scenarios need the first one only. Every rung is recorded; for a given seed the ladder takes
 the same way every time.
 
+0. Of many control points: the walk with as many as usual, refined.
 1. The guess from the plan alone: as it is (for ``newton``), then by three posture paths, as a rule,
    freer, more gently.
 2. Continuation: the same person walks comfortably and unladen first; speed, step and load then move
@@ -30,9 +31,10 @@ from human_gait.checks.check import Check, Kind
 from human_gait.checks.verification import verify
 from human_gait.problem.program import GaitProgram
 from human_gait.scenario import Scenario
+from human_gait.scenario.problem import MANY_CONTROL_POINTS
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import POSTURE, Solution, solve
-from human_gait.solving.warm_start import stretched
+from human_gait.solving.warm_start import adapted, stretched
 from human_gait.solving.watch import FEASIBLE, Iterate
 from human_gait.stopping import running, under_way
 from human_gait.walk.gait_file import make_record
@@ -198,6 +200,8 @@ def own_starts(
     first : (m * 55,) array, optional
         Guess of the first rungs, else the program's own.
     """
+    if program.scenario.discretisation.control_points > MANY_CONTROL_POINTS and first is None:
+        yield "fewer control points first", partial(refined, program, solver)
     for name, weights in _PATHS.items():
         if weights == POSTURE and solver != "newton":
             continue  # the others take this path anyway
@@ -256,6 +260,17 @@ def continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> So
         spent.append(solution)
         guess, step_length = solution.gait.free, task.walk.step_length
     total = {name: sum(getattr(one, name) for one in spent) for name in _SPENT}
+    return replace(solution, **total)
+
+
+def refined(program: GaitProgram, solver: str, tell: Tell | None = None) -> Solution:
+    """Solve the walk with as many control points as usual; it is the start of the finer one."""
+    grid = program.scenario.discretisation
+    usual = type(grid)(intervals=min(grid.intervals, type(grid)().intervals))
+    coarse = program.for_scenario(replace(program.scenario, discretisation=usual))
+    before = solve(coarse, solver, tell=tell)
+    solution = solve(program, solver, adapted(before.gait, program), tell=tell)
+    total = {name: getattr(before, name) + getattr(solution, name) for name in _SPENT}
     return replace(solution, **total)
 
 
