@@ -168,7 +168,7 @@ def test_an_array_with_an_odd_head_is_named(tmp_path, head):
         archive.writestr("odd.npy", content)
     with (
         pytest.raises(ResultError, match="odd is no array"),
-        opened(tmp_path / "a.npz", "it") as it,
+        opened(tmp_path / "a.npz", "it") as file,
     ):
         numbers(file, "odd")
 
