@@ -13,7 +13,9 @@ from walking import guessed_gait
 
 from benchmarks.damaged_results import SPOILS, make_from, tried
 from human_gait import cli
+from human_gait.exceptions import ResultError
 from human_gait.problem.program import build_program
+from human_gait.results.archive import numbers, opened
 from human_gait.results.names import EXPLANATION, GAIT_FILE, MULTIPLIERS, SUMMARY
 from human_gait.results.reading import LARGEST, parsed
 from human_gait.results.shapes import Between, Many, Maybe, faults
@@ -34,8 +36,8 @@ def place(whole, tmp_path):
     return shutil.copytree(whole, tmp_path / "walk")
 
 
-def refused(capsys, command, folder, *parts, options=()):
-    assert cli.run([command, str(folder), *map(str, options)]) == cli.BAD_INPUT
+def refused(capsys, command, folder, *parts):
+    assert cli.run([command, str(folder)]) == cli.BAD_INPUT
     error = capsys.readouterr().err
     assert error.startswith("error: ")
     assert error.count("\n") == 1
@@ -159,12 +161,16 @@ def test_members_are_counted_before_they_are_read(place, capsys):
 @pytest.mark.parametrize(
     "head", ["(" * 5000, "\\d", "{'descr': '|O'}", "{", "{'shape': (2**62,)}", "\0", "1\n 1"]
 )
-def test_an_array_with_an_odd_head_is_named(place, capsys, head):
+def test_an_array_with_an_odd_head_is_named(tmp_path, head):
     text = f"{head}\n".encode()
     content = b"\x93NUMPY\1\0" + len(text).to_bytes(2, "little") + text + bytes(80)
-    with zipfile.ZipFile(place / MULTIPLIERS, "a") as archive:
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
         archive.writestr("odd.npy", content)
-    refused(capsys, "predict", "preferred", "odd is no array", options=("--warm-from", place))
+    with (
+        pytest.raises(ResultError, match="odd is no array"),
+        opened(tmp_path / "a.npz", "it") as file,
+    ):
+        numbers(file, "odd")
 
 
 @pytest.mark.parametrize("name", [GAIT_FILE, MULTIPLIERS])
