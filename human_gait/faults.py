@@ -120,10 +120,10 @@ def _foreign(name: str) -> str:
     if spec is None or not spec.origin or name in sys.stdlib_module_names:
         return ""
     origin, given = Path(spec.origin), os.environ.get("PYTHONPATH", "").split(os.pathsep)
-    if any(origin.is_relative_to(Path(part).absolute()) for part in given if part):
-        return f"{origin}, by PYTHONPATH: env -u PYTHONPATH human-gait ... does without"
     if any(origin.is_relative_to(prefix) for prefix in {sys.prefix, sys.base_prefix}):
         return ""
+    if any(origin.is_relative_to(Path(part).absolute()) for part in given if part):
+        return f"{origin}, by PYTHONPATH: env -u PYTHONPATH human-gait ... does without"
     return f"{origin} is not of the environment {sys.prefix}: move it, or work in another folder"
 
 

@@ -94,9 +94,9 @@ def test_a_picture_is_shown_by_a_notebook():
 
 def test_exports_take_one_format_or_several(tmp_path):
     one = GAIT.export(str(tmp_path / "one"), "csv", rate=50)
-    assert {path.suffix for path in one} == {".csv"}
+    assert {path.suffix for path in one} == {".csv", ".json"}  # what they were made from
     two = GAIT.export(tmp_path / "two", ["bvh", "csv"], rate=50)
-    assert {path.suffix for path in two} == {".csv", ".bvh"}
+    assert {path.suffix for path in two} == {".csv", ".bvh", ".json"}
     with pytest.raises(ValueError, match="choose from"):
         GAIT.export(tmp_path / "three", "xlsx")
     assert not (tmp_path / "three").exists()
@@ -166,7 +166,8 @@ def test_a_gait_that_is_no_walk_is_kept_and_explained(tmp_path):
 
 def test_saving_replaces_a_result_and_leaves_other_files(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
-    (tmp_path / "report.html").write_text("of the old result")
+    GAIT.save(tmp_path)
+    hg.report(tmp_path)
     GAIT.save(tmp_path)
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert not (tmp_path / "report.html").exists()

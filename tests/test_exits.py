@@ -24,12 +24,13 @@ INNER = {  # what each command calls, to fail in its place
     "verify": ("human_gait.prediction.verify", ["walk"]),
     "explain": ("human_gait.results.explanation.explained", ["walk"]),
     "play": ("human_gait.playback.page.play", ["walk"]),
+    "film": ("human_gait.playback.film.film", ["walk"]),
     "plot": ("human_gait.pictures.plots.save_plots", ["walk"]),
     "compare": ("human_gait.people.comparison.compare_to_folder", ["walk"]),
     "report": ("human_gait.reporting.page.report_to_file", ["walk"]),
     "figures": ("human_gait.pictures.paper_figures.save_figures", ["."]),
     "export": ("human_gait.export.formats.export_gait", ["walk"]),
-    "urdf": ("human_gait.body.person.make_body", []),
+    "urdf": ("human_gait.export.robot.scenario_robot", []),
 }
 UNICODE = UnicodeEncodeError("utf-8", "\udce9", 0, 1, "surrogates not allowed")
 ERRORS = {  # and the exit code that belongs to it

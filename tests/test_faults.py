@@ -25,7 +25,8 @@ from hypothesis import HealthCheck, currently_in_test_context, event, example, g
 from hypothesis import strategies as st
 from walking import guessed_gait
 
-from human_gait import cli, exits, prediction
+from human_gait import cli, prediction
+from human_gait.commands import exits
 from human_gait.exceptions import NoSolutionFound
 from human_gait.people import comparison
 from human_gait.pictures import paper_figures

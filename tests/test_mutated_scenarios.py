@@ -8,7 +8,7 @@ from benchmarks import mutated_scenarios
 from benchmarks.mutated_scenarios import mutated, outcome, predicted, run
 from human_gait.scenario import shipped_scenarios
 
-CASES = 120
+CASES = 100
 
 
 def test_cases_are_the_same_whenever_they_are_made():

@@ -17,7 +17,7 @@ from walking import guessed_gait
 
 import human_gait as hg
 from human_gait import cli
-from human_gait.arguments import check_writable
+from human_gait.commands.arguments import check_writable
 from human_gait.exceptions import ResultError
 from human_gait.pictures import plots
 from human_gait.prediction import OURS

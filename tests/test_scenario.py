@@ -223,8 +223,8 @@ ENDLESS = {
     "a number with underscores": "x = -" + "9_" * 4400 + "9",
     "a mebibyte": "#" * 1_048_576,
     "blanks before a unit": WALK.replace("1.2", '"' + " " * 200_000 + '1 m/s"'),
-    "joints": WALK + LIMITS + "".join(f"j{i} = [0, 1]\n" for i in range(20_000)),
-    "frozen joints": WALK + LIMITS + f"frozen = {[f'j{i}' for i in range(20_000)]}\n",
+    "joints": WALK + LIMITS + "".join(f"j{i} = [0, 1]\n" for i in range(2_000)),
+    "frozen joints": WALK + LIMITS + f"frozen = {[f'j{i}' for i in range(2_000)]}\n",
 }
 PYTHONS_WORDS = ("recursion", "sys.", "Exceeds", "Traceback", "NoneType", "Input should")
 
@@ -277,11 +277,11 @@ def test_nobody_waits_for_ever_for_who_writes_to_a_pipe(tmp_path, monkeypatch):
     monkeypatch.setattr(text, "LONGEST_WAIT", 0.2)
     with pytest.raises(ScenarioError, match="not ended after"):
         load_scenario(pipe)  # nobody writes
-    with pipe.open("rb+") as held:  # somebody has it open and says no more
-        held.write(b"[walk]\n")
-        held.flush()
-        with pytest.raises(ScenarioError, match="not ended after"):
-            load_scenario(pipe)
+    held = os.open(pipe, os.O_RDWR)  # somebody has it open and says no more
+    os.write(held, b"[walk]\n")
+    with pytest.raises(ScenarioError, match="not ended after"):
+        load_scenario(pipe)
+    os.close(held)
 
 
 # --- several things wrong at once

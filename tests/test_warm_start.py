@@ -206,7 +206,10 @@ def test_a_clamped_gait_is_a_start_for_a_clamped_one_and_for_a_mirrored_one(gait
 @pytest.mark.parametrize("control_points", [9, 12])
 def test_new_joint_limits_are_kept(gait, control_points):
     limits = {"frozen": ["wrist_flexion_r"], "knee_flexion_l": [5.0, 40.0]}
-    program = build_program(scenario(1.3, 0.7, control_points=control_points, limits=limits))
+    free = {"swing_knee": "free"}
+    program = build_program(
+        scenario(1.3, 0.7, control_points=control_points, limits=limits, posture=free)
+    )
     points = adapted(gait, program).reshape(-1, N_DOF)
     lower, upper = program.limits
     assert np.all((points >= lower) & (points <= upper))

@@ -26,13 +26,13 @@ from human_gait.walk.bspline import Basis
 from human_gait.walk.initial_guess import initial_guess
 from human_gait.walk.instant import Walker
 
-MISSED = 0.01
-"""What counts as out of reach, beyond all tolerances, [m]: as far as footholds may be missed."""
+MISSED = 0.02
+"""What counts as out of reach, beyond all tolerances, [m]: twice what the checks allow."""
 
-_KEPT = 0.5 * MISSED
-_STARTS, _STEPS = 4, 40
+_KEPT = 0.005  # [m]: on the way to what is kept
+_STARTS, _STEPS = 4, 200
 _SAME = 0.01  # of what is missed: two starts that end alike are believed
-_SETTLED = 1e-3  # of the squares: a step that saves less is the last
+_SETTLED = 1e-9  # of the squares: slow progress ends in what is kept, too
 _LONGEST_STEP = 0.5  # [rad or m]
 _PACE = 1.5  # the pelvis between instants, in tolerances of Eq. (23) at them
 _FORWARD = index("pelvis_tz")

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,6 +15,9 @@ from human_gait.results.folder import try_folder
 from human_gait.results.names import GAIT_FILE, PREDICTED, result_files
 from human_gait.results.ours import check_free
 from human_gait.stopping import checked_limit
+
+if TYPE_CHECKING:
+    from human_gait.walk.gait import Gait
 
 LARGEST_SEED = 2**32 - 1
 _ROOM = 2**21  # bytes: a result takes about 1 MB, its pictures and the animation 3 more
@@ -161,3 +164,14 @@ def check_writable(folder: Path, *, by_all: bool = False) -> None:
     except OSError as error:
         why = error.strerror or error
         raise ResultError(f"{folder}: a result cannot be written here: {why}") from None
+
+
+def loaded_gait(folder: Path) -> Gait:
+    """Return the gait of a result; where that is no walk, a note says so."""
+    from human_gait.walk.described import no_walk
+    from human_gait.walk.gait_file import load_gait
+
+    gait = load_gait(folder)
+    if why := no_walk(gait):
+        typer.echo(f"note: {folder}: {why}", err=True)
+    return gait

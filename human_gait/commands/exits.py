@@ -6,7 +6,9 @@ environment, 3 what was not foreseen, 128 and the number of the signal that inte
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import typer
 
@@ -16,6 +18,7 @@ from human_gait.terminal import complain
 
 NO_SOLUTION = 1
 MOST_ERRORS = 20
+_PROGRAM, _COMPLETION = "human-gait", "_HUMAN_GAIT_COMPLETE"
 
 
 def complain_of_each(errors: Sequence[ScenarioError]) -> int:
@@ -25,6 +28,19 @@ def complain_of_each(errors: Sequence[ScenarioError]) -> int:
     if errors[MOST_ERRORS:]:
         complain(f"and {len(errors) - MOST_ERRORS} more", BAD_INPUT)
     return BAD_INPUT
+
+
+def invoked(command: Any, words: list[str]) -> int | None:
+    """Run a command of Typer's; return its exit code if it has one, and raise what it raises."""
+    try:
+        if _COMPLETION in os.environ:  # a shell asks what could follow
+            command.main(words, _PROGRAM, complete_var=_COMPLETION)
+        context = command.make_context(_PROGRAM, words)
+    except SystemExit as end:  # Typer's own, of completion
+        return int(end.code or 0)
+    with context:
+        command.invoke(context)
+    return None
 
 
 def exit_code(command: Callable[[], int | None]) -> int:

@@ -1,0 +1,120 @@
+"""Commands that solve, and the one that checks what was found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from human_gait.commands.arguments import (
+    DynamicsName,
+    Engine,
+    ResultFolder,
+    ScenarioFile,
+    SolverChoice,
+    SolverName,
+    TimeLimit,
+    beside,
+    check_result,
+    check_writable,
+    seed_number,
+    whole_number,
+)
+from human_gait.commands.exits import NO_SOLUTION
+from human_gait.exceptions import ScenarioError
+from human_gait.scenario import load_scenario, scenario_file
+from human_gait.stopping import TIME_LIMIT
+
+
+def predict(
+    scenario: ScenarioFile,
+    solver: Annotated[
+        SolverChoice, typer.Option(help="Optimiser; all compares them.")
+    ] = SolverChoice.NEWTON,
+    dynamics: Engine = DynamicsName.PINOCCHIO,
+    seed: Annotated[
+        int,
+        typer.Option(
+            parser=seed_number,
+            metavar="N",
+            help="Which random starts to try where the usual ones fail; no matter with all.",
+        ),
+    ] = 0,
+    warm_from: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Start from the walk of another result.")
+    ] = None,
+    time_limit: TimeLimit = TIME_LIMIT,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Result folder, else out/<scenario>.")
+    ] = None,
+) -> None:
+    """Predict the walk of a scenario and write the result."""
+    task, file = load_scenario(scenario), scenario_file(scenario)
+    if file != scenario:
+        typer.echo(f"scenario: {file}")
+    if warm_from:
+        if solver is SolverChoice.ALL:
+            raise typer.BadParameter(
+                "not with --solver all: give one solver", param_hint="--warm-from"
+            )
+        check_result(warm_from)
+    folder = out or Path("out") / task.name
+    check_writable(folder, by_all=solver is SolverChoice.ALL)
+    try:
+        if solver is SolverChoice.ALL:
+            from human_gait.prediction import predict_by_all_solvers
+
+            found = predict_by_all_solvers(task, folder, dynamics.value, time_limit)
+        else:
+            from human_gait.prediction import predict_to_folder
+
+            found = predict_to_folder(
+                task, solver.value, folder, dynamics.value, seed, warm_from, time_limit
+            )
+    except ScenarioError as error:
+        raise error.found_in(str(file)) from None
+    if not found:
+        raise typer.Exit(NO_SOLUTION)
+
+
+def refine(
+    folder: ResultFolder,
+    control_points: Annotated[
+        int | None,
+        typer.Option(
+            parser=whole_number,
+            metavar="N",
+            help="Control points per DOF, else two more.",
+        ),
+    ] = None,
+    solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.NEWTON,
+    dynamics: Engine = DynamicsName.PINOCCHIO,
+    time_limit: TimeLimit = TIME_LIMIT,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Result folder, else DIR-refined.")
+    ] = None,
+) -> None:
+    """Insert knots into a result, which leaves the motion as it is, and solve again from there."""
+    check_result(folder)
+    target = out or beside(folder, "-refined")
+    check_writable(target)
+    from human_gait.prediction import refine_to_folder
+    from human_gait.walk.gait_file import load_gait
+
+    gait = load_gait(folder)
+    n = gait.basis.n_control_points + 2 if control_points is None else control_points
+    if not refine_to_folder(gait, n, solver.value, target, dynamics.value, time_limit):
+        raise typer.Exit(NO_SOLUTION)
+
+
+def verify(folder: ResultFolder) -> None:
+    """Check from its file alone whether a result is a walk: exit code 0, else 1.
+
+    The table goes to verification.json, too; a folder that cannot be written is a warning.
+    """
+    check_result(folder)
+    from human_gait.prediction import verify_folder
+
+    if not verify_folder(folder):
+        raise typer.Exit(NO_SOLUTION)
