@@ -119,14 +119,13 @@ def test_the_table_of_the_cycle_is_what_pandas_reads_at_once(two):
     assert all(kind.kind in "fi" for kind in table.dtypes)
 
 
-@pytest.mark.parametrize("name", sorted(MADE))
-@pytest.mark.parametrize("reader", READERS)
+@pytest.mark.parametrize(
+    ("name", "reader"),
+    [*((name, "figures") for name in sorted(MADE)), *((PLOTS[0], reader) for reader in READERS)],
+)
 def test_a_file_of_another_walk_is_named(mixed, name, reader):
     folder, other = mixed
     shutil.copy(other / name, folder / name)
-    if reader == "compare" and name in COMPARISON:
-        READERS[reader](folder)  # which writes it anew
-        return
     with pytest.raises(ResultError, match=name.partition(".")[0]) as caught:
         READERS[reader](folder)
     assert f"human-gait verify {folder}" in str(caught.value)
@@ -147,6 +146,12 @@ def test_a_gait_of_another_walk_is_told(mixed, capsys):
     assert named == MADE - {VERIFICATION, "compare.csv"}  # written anew; belongs to the json
     with pytest.raises(ResultError, match="of another walk"):
         hg.load(folder)  # its multipliers are
+
+
+def test_a_comparison_of_another_walk_is_replaced(mixed):
+    for name in COMPARISON:
+        shutil.copy(mixed[1] / name, mixed[0] / name)
+    compare_folder(mixed[0])
 
 
 @pytest.mark.parametrize(
