@@ -119,6 +119,16 @@ def test_the_table_of_the_cycle_is_what_pandas_reads_at_once(two):
     assert all(kind.kind in "fi" for kind in table.dtypes)
 
 
+@pytest.mark.parametrize("before", [0, 2**20])
+def test_a_film_of_another_walk_is_named_wherever_it_says_so(two, tmp_path, before):
+    mine, other = (load_gait(folder) for folder in two)
+    film = tmp_path / "walk.mp4"
+    for gait in (mine, other):
+        film.write_bytes(bytes(before) + f"gait={gait_digest(gait)}".encode() + bytes(100))
+        named = [name for name, _ in strangers(mine, tmp_path)]
+        assert named == ([] if gait is mine else [film.name])
+
+
 @pytest.mark.parametrize(
     ("name", "reader"),
     [*((name, "figures") for name in sorted(MADE)), *((PLOTS[0], reader) for reader in READERS)],

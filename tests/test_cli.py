@@ -1,5 +1,6 @@
 """The command line: a user's mistake ends in one line and an exit code, never in a traceback."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -335,6 +336,13 @@ def test_help_is_shown_on_standard_output(capsys, arguments):
     captured = capsys.readouterr()
     assert "Usage: human-gait" in captured.out
     assert captured.err == ""
+
+
+@pytest.mark.parametrize("command", ["film", "predict", "export"])
+def test_no_word_of_a_help_is_taken_for_markup(capsys, command):
+    """A unit in square brackets would be: it would be left out."""
+    cli.run([command, "--help"])
+    assert not re.search(r"[,(] *[.)] ", capsys.readouterr().out)
 
 
 def test_the_version_is_that_of_the_package(capsys):

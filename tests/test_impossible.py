@@ -138,6 +138,13 @@ def test_feet_that_push_in_parallel_need_no_friction_for_that():
     assert reasons(task) == []
 
 
+@pytest.mark.parametrize(("tolerance", "refused"), [(0.2, True), (0.35, True), (0.41, False)])
+def test_a_foot_counts_as_loaded_from_a_tenth_beyond_what_may_be_shifted(tolerance, refused):
+    """From a tolerance of 0.4 on there is no instant at which both have to be."""
+    task = scenario(ground={"friction": 0.05}, tolerances={"load_transfer": tolerance}, **FINE)
+    assert bool(reasons(task)) is refused
+
+
 def test_a_bound_is_rounded_so_that_it_holds():
     assert [rounded_up(value) for value in (0.1401, 0.14, 2.0)] == ["0.15", "0.14", "2.00"]
 

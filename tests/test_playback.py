@@ -3,6 +3,7 @@ import json
 import re
 import threading
 import urllib.request
+from dataclasses import replace
 from importlib.resources import files
 
 import numpy as np
@@ -52,6 +53,14 @@ def test_the_page_says_who_walks_how(page):
 def test_no_number_of_the_caption_is_parted_from_its_unit(page):
     (caption,) = (walk["caption"] for walk in data(page)["walks"])
     assert not re.search(r"\d (m|kg)\b", caption)
+
+
+def test_numbers_of_the_caption_are_rounded():
+    gait = guessed_gait()
+    scenario = gait.scenario.replace(speed="4 km/h", stature="5 ft 6 in")
+    scenario = scenario.replace({"subject.mass": "140 lb"})
+    caption = playback._caption(replace(gait, scenario=scenario)).replace("\N{NO-BREAK SPACE}", " ")
+    assert caption.startswith("1.111 m/s, step 0.66 m; male, 1.676 m, 63.5 kg")
 
 
 def test_the_page_says_what_its_clock_is_in_the_files(page):

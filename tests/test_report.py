@@ -324,7 +324,7 @@ def test_a_report_begins_with_a_sentence_for_each_walk_that_is_compared(one_page
     percent = f"{rows['effort, Eq. (18)'][3]:+.1f}\N{NO-BREAK SPACE}%"
     assert f"effort {percent}" in said[0].text_content()
     (alone,) = html.document_fromstring(one_page).find_class("said")
-    assert alone.text_content().startswith("A male of 1.755 m and 78.4 kg walks at 1.2 m/s")
+    assert alone.text_content().startswith("A man of 1.755 m and 78.4 kg walks at 1.2 m/s")
 
 
 def test_the_scores_are_those_of_compare(three, one_page, three_page):

@@ -551,8 +551,11 @@ def test_a_name_that_nearly_is_a_shipped_scenario_is_told(tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ScenarioError, match=r"nomal: cannot be read.*did you mean normal\?"):
         load_scenario("nomal")
-    with pytest.raises(ScenarioError, match=r"zzz: cannot be read.*there are .*normal"):
+    with pytest.raises(ScenarioError, match=r"zzz: cannot be read.*the package has .*normal"):
         load_scenario("zzz")
+    (tmp_path / "my.walk.toml").touch()
+    with pytest.raises(ScenarioError, match=r"my\.walk: cannot be read.*mean my\.walk\.toml\?"):
+        load_scenario("my.walk")
 
 
 # --- reach

@@ -1,6 +1,8 @@
 """The live page and clients that are not friendly: each is refused, or ended after a while."""
 
+import base64
 import contextlib
+import hashlib
 import http.client
 import socket
 import struct
@@ -244,3 +246,11 @@ def test_on_all_addresses_it_has_that_of_the_client_and_the_name_of_the_computer
 def test_a_name_is_answered_to_that_its_user_gave():
     with serving("localhost") as served:
         assert f"localhost:{served.server_port}" in served.hosts("192.0.2.7")
+
+
+def test_a_policy_allows_the_scripts_styles_and_pictures_of_the_page_and_nothing_else():
+    script, *others = sorted(set(POLICY.split("; ")) - {""}, key=lambda one: one[:7] != "script-")
+    digest = base64.b64encode(hashlib.sha256(b"a script").digest()).decode()
+    assert script == f"script-src 'sha256-{digest}'"
+    nothing = {f"{kind} 'none'" for kind in ("default-src", "base-uri", "form-action")}
+    assert set(others) == nothing | {"style-src 'unsafe-inline'", "img-src data:"}

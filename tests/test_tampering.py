@@ -148,7 +148,8 @@ def test_the_cost_is_that_of_the_problem_whatever_its_objective(weighting, passi
     gait = program.gait(free, cost=told)
     assert contents.cost(gait).passed
     assert contents.squared_torques(gait) == pytest.approx(told, rel=1e-12)
-    assert not contents.cost(program.gait(free, cost=1.0001 * told)).passed
+    for wrong in (1.0001, 0.9999, 0.0, -1.0):
+        assert not contents.cost(program.gait(free, cost=wrong * told)).passed
 
 
 def test_costs_of_ones_own_are_taken_as_told_and_said():

@@ -78,7 +78,7 @@ def film(
         str, typer.Option(metavar="VIEW", help="From the side, the front or a quarter.")
     ] = "quarter",
     size: Annotated[
-        str, typer.Option(metavar="WIDTHxHEIGHT", help="Of the film, [px].", show_default=False)
+        str, typer.Option(metavar="WIDTHxHEIGHT", help="Of the film, in px.", show_default=False)
     ] = "",
 ) -> None:
     """Write a result as a film or a picture, without a browser or a screen."""

@@ -284,6 +284,6 @@ def _caption(gait: Gait) -> str:
     return f"{speed}, step {step}; {subject.sex}, {stature}, {mass}{carried}"
 
 
-def _quantity(value: float, unit: str, form: str = "g") -> str:
+def _quantity(value: float, unit: str, form: str = ".4g") -> str:
     """Return a number with its unit, which stay in one line."""
     return f"{value:{form}}\N{NO-BREAK SPACE}{unit}"

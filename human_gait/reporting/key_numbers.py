@@ -119,10 +119,11 @@ def _alone(one: Result) -> str:
     walk, subject, load = one.gait.scenario.walk, one.gait.scenario.subject, one.gait.scenario.load
     carries = f" with {load.mass:.3g} kg to carry" if load.mass else ""
     peaks = {q.label: q.of(one) for q in QUANTITIES if q.kind == "torque"}
+    who = "woman" if subject.sex == "female" else "man"
     hardest = max(peaks, key=lambda label: peaks[label])
     return (
-        f"A {subject.sex} of {subject.stature:g} m and {subject.mass:g} kg{carries} walks at "
-        f"{walk.speed:g} m/s with steps of {walk.step_length:g} m: the {hardest} is "
+        f"A {who} of {subject.stature:.4g} m and {subject.mass:.4g} kg{carries} walks at "
+        f"{walk.speed:.4g} m/s with steps of {walk.step_length:.4g} m: the {hardest} is "
         f"{peaks[hardest]:.0f} N m, the joints do {joint_work(one):.0f} J of work in a step."
     )
 

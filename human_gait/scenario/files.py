@@ -61,9 +61,11 @@ def load_scenario(path: str | Path) -> Scenario:
 
 def _hint(name: str) -> str:
     """Return what else could have been meant by the name of a scenario."""
+    if _is_file(Path(name + _ENDING)):
+        return f", did you mean {name}{_ENDING}?"
     files = shipped_scenarios()
     near = nearest(name, list(files))
-    return f", did you mean {near[0]}?" if near else f", there are {', '.join(files)}"
+    return f", did you mean {near[0]}?" if near else f"; the package has {', '.join(files)}"
 
 
 def _is_file(path: Path) -> bool:
@@ -79,5 +81,5 @@ def _read_toml(path: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:  # ValueError: a path with a null character
         reason = error.strerror if isinstance(error, OSError) else error
         missing = isinstance(error, FileNotFoundError) and path.name == str(path)
-        hint = _hint(path.stem) if missing else ""
+        hint = _hint(path.name) if missing else ""
         raise ScenarioError("", f"cannot be read: {reason}{hint}") from None

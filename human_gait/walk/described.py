@@ -25,9 +25,9 @@ def gait_facts(gait: Gait) -> dict[str, str]:
     scenario, found = gait.scenario, gait.solution
     walk, subject, load = scenario.walk, scenario.subject, scenario.load
     facts = {
-        "person": f"{subject.sex}, {subject.stature:g} m, {subject.mass:g} kg",
+        "person": f"{subject.sex}, {subject.stature:.4g} m, {subject.mass:.4g} kg",
         "load": f"{load.mass:.4g} kg" if load.mass else "none",
-        "walk": f"{walk.speed:g} m/s, step {walk.step_length:g} m in {walk.step_time:.3g} s",
+        "walk": f"{walk.speed:.4g} m/s, step {walk.step_length:.4g} m in {walk.step_time:.3g} s",
         "splines": f"{len(gait.control_points)} control points for each of 55 joints",
     }
     if "solver" in found:
