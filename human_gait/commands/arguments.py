@@ -112,7 +112,7 @@ TimeLimit = Annotated[
         "--time-limit",
         metavar="S",
         parser=seconds,
-        help="Seconds to look for a walk; then the best attempt is kept. With all: of each solver.",
+        help="Seconds that each solver may look for a walk; then the best attempt is kept.",
     ),
 ]
 ResultFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a result.")]

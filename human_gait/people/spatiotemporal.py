@@ -118,7 +118,7 @@ def _cadence(speed: float, length: StepScore) -> StepScore:
     """Return the cadence, [steps/min]: at a given speed, step length once more."""
     metres = (length.predicted, length.measured, length.upper, length.lower)
     predicted, measured, lower, upper = (60.0 * speed / m for m in metres)
-    basis = "60 x speed / step length"
+    basis = "60 \N{MULTIPLICATION SIGN} speed / step length"
     return StepScore("cadence", "steps/min", predicted, measured, lower, upper, basis)
 
 
@@ -130,7 +130,7 @@ def _double_support(cycle: Cycle) -> StepScore:
         _double_support_share(stance_of(force.percent, force.mean + k * force.sd))
         for k in (0.0, -2.0, 2.0)
     )
-    basis = f"{falisse.label}, at the speed they chose: vertical force, and that +- 2 SD"
+    basis = f"{falisse.label}, at the speed they chose: vertical force, and that \N{PLUS-MINUS SIGN} 2 SD"
     return StepScore(
         "double support",
         "% of step",
