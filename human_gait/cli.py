@@ -24,7 +24,7 @@ from human_gait.commands.arguments import (
 from human_gait.commands.exits import NO_SOLUTION, exit_code, invoked
 from human_gait.faults import BAD_INPUT
 from human_gait.stopping import JOB_SIGNALS, running
-from human_gait.terminal import careful
+from human_gait.terminal import careful, say
 
 __all__ = ["BAD_INPUT", "NO_SOLUTION", "app", "main", "run"]
 
@@ -37,7 +37,7 @@ app = typer.Typer(
 def show_version(wanted: bool) -> None:
     """Print the version and stop, if wanted."""
     if wanted:
-        typer.echo(f"human-gait {version('human-gait')}")
+        say(f"human-gait {version('human-gait')}")
         raise typer.Exit
 
 

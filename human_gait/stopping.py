@@ -14,6 +14,7 @@ import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
+from numbers import Real
 from types import FrameType
 from typing import Any
 
@@ -24,6 +25,7 @@ JOB_SIGNALS = tuple(getattr(signal, name) for name in _NAMES if hasattr(signal, 
 TIME_LIMIT = 300.0
 """Seconds that a solve may take unless told otherwise."""
 LONGEST_LIMIT = 604_800.0  # [s], a week
+_SHOWN = 1e20  # [s]
 
 INTERRUPTED, OUT_OF_TIME = "interrupted", "time limit"
 _AGAIN = 1.0  # [s]: what is asked sooner belongs to the last request, whose cleaning up goes on
@@ -176,10 +178,12 @@ def checked_limit(limit: float | None) -> float | None:
     """
     if limit is None:
         return None
-    if isinstance(limit, bool) or not isinstance(limit, int | float):
+    given: object = limit
+    if isinstance(given, bool) or not isinstance(given, Real):  # numpy's numbers, too
         raise TypeError(f"a time limit is a number of seconds, not a {type(limit).__name__}")
     if not 0.0 < limit <= LONGEST_LIMIT:
-        raise ValueError(f"{limit:g}: must be above 0 and at most {LONGEST_LIMIT:g} s")
+        shown = f"{limit:g}" if abs(limit) < _SHOWN else "a number"
+        raise ValueError(f"{shown}: must be above 0 and at most {LONGEST_LIMIT:g} s")
     return float(limit)
 
 

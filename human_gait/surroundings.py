@@ -8,6 +8,8 @@ lines that nobody asked for. `human_gait.canvas` sees to what they say of how pi
 from __future__ import annotations
 
 import atexit
+import codecs
+import locale
 import logging
 import os
 import shutil
@@ -16,18 +18,31 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
 from pathlib import Path
 
 _FILE = "matplotlibrc"
 _LONGEST_FILE = 2**20  # bytes
 _VARIABLES = ("MPLBACKEND", "MATPLOTLIBRC", "MPLCONFIGDIR", "FREETYPE_PROPERTIES")
+_DATE = "SOURCE_DATE_EPOCH"
 
 _ours: list[bool] = []
 
 
 def process_is_ours() -> None:
-    """Say that nobody else's code runs in this process: matplotlib need not be as others want."""
+    """Say that nobody else's code runs in this process: packages need not be as others want.
+
+    Drake reads its own files in the encoding of the locale, numpy and matplotlib ask what the date
+    is to be (``SOURCE_DATE_EPOCH``): neither can be what they do not expect.
+    """
     _ours.append(True)
+    if codecs.lookup(locale.getencoding()).name != "utf-8":
+        with suppress(locale.Error):
+            locale.setlocale(locale.LC_CTYPE, "C.UTF-8")
+    try:
+        datetime.fromtimestamp(int(os.environ.get(_DATE, "0")), UTC)
+    except (ValueError, OverflowError, OSError):
+        del os.environ[_DATE]
 
 
 @contextmanager

@@ -38,6 +38,16 @@ def one_line(message: object) -> str:
     return line if len(line) <= LONGEST_MESSAGE else f"{line[:half]}...{line[-half:]}"
 
 
+def say(text: str, *, error: bool = False, end: str = "\n") -> None:
+    """Print text on standard output, or on standard error.
+
+    Typer's echo would go past `careful` where the encoding is ASCII, and leave escapes out.
+    """
+    stream = sys.stderr if error else sys.stdout
+    if stream:  # none where it is closed
+        print(printable(text), end=end, file=stream, flush=True)
+
+
 def complain(message: object, code: int) -> int:
     """Print one line on standard error and return the exit code."""
     if sys.stderr:  # none where it is closed

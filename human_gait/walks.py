@@ -24,6 +24,7 @@ from human_gait.results.shapes import FOUND
 from human_gait.scenario import Scenario, load_scenario
 from human_gait.solving.diagnosis import not_kept, suggestions
 from human_gait.solving.drake_solvers import SOLVERS
+from human_gait.solving.seeds import checked_seed
 from human_gait.solving.solver import Solution
 from human_gait.solving.starts import GIVEN, WARM, Attempt, Start, Tell, best, climb
 from human_gait.solving.summary import (
@@ -101,13 +102,14 @@ def predict(  # noqa: PLR0913, options that are given by name
     KeyboardInterrupt
         If it is interrupted before there is anything to carry.
     ValueError
-        If there is no such solver, dynamics or time limit, or a cost or constraint of one's own
-        returns what it should not, or has bounds that nothing is between.
+        If there is no such solver, dynamics, time limit or seed, or a cost or constraint of
+        one's own returns what it should not, or has bounds that nothing is between.
     TypeError
         If `warm_from` is no gait or path, or own costs and constraints are no such things.
     """
     if solver not in SOLVERS:
         raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
+    seed = checked_seed(seed)
     task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     before = _walk_before(warm_from)
     with running(checked_limit(time_limit)) as run:

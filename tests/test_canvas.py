@@ -184,3 +184,24 @@ def test_nor_does_a_folder_or_a_large_file_in_its_place(tmp_path, kind):
     odd_file(tmp_path, kind)
     done = process("import human_gait.canvas", tmp_path, HOME="/dev/null")
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("date", ["tomorrow", "1e5", "", "9" * 17])
+def test_a_date_that_is_none_stops_no_command(tmp_path, date):
+    """SOURCE_DATE_EPOCH, which numpy and matplotlib read."""
+    (tmp_path / "walk").mkdir()
+    save_gait(GAIT, tmp_path / "walk")
+    code = (
+        "import sys; sys.argv[1:] = ['plot', 'walk']; from human_gait.command import main; main()"
+    )
+    done = process(code, tmp_path, SOURCE_DATE_EPOCH=date)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_files_of_packages_are_read_as_what_they_are_whatever_the_locale(tmp_path):
+    code = (
+        "from human_gait.surroundings import process_is_ours; process_is_ours()\n"
+        "from pydrake.multibody import plant"
+    )
+    done = process(code, tmp_path, LC_ALL="C", PYTHONUTF8="0")
+    assert (done.returncode, done.stderr) == (0, "")

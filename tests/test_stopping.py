@@ -22,7 +22,15 @@ from human_gait.results.folder import replaced_folder
 from human_gait.solving import starts
 from human_gait.solving.drake_solvers import OPTIONS
 from human_gait.solving.solver import POSTURE_OPTIONS, solve
-from human_gait.stopping import JOB_SIGNALS, TIME_LIMIT, Run, running, under_way, uninterrupted
+from human_gait.stopping import (
+    JOB_SIGNALS,
+    TIME_LIMIT,
+    Run,
+    checked_limit,
+    running,
+    under_way,
+    uninterrupted,
+)
 from human_gait.walk.gait_file import save_gait
 
 TASK = scenario(control_points=6)
@@ -316,6 +324,20 @@ def test_a_time_limit_is_a_number(limit, capsys):
         hg.predict(TASK, time_limit=limit)
     assert cli.run(["predict", "normal", "--time-limit", "soon"]) == 2
     assert "'soon' is not a number of seconds" in capsys.readouterr().err
+
+
+def test_numbers_of_numpy_are_time_limits_and_none_is_too_large_to_be_refused():
+    assert checked_limit(np.int64(3)) == 3.0
+    with pytest.raises(ValueError, match="at most 604800 s"):
+        checked_limit(10**400)
+
+
+@pytest.mark.parametrize("seed", [-1, 2**32, 10**30, 1.5, "1", None, True])
+def test_a_seed_is_looked_at_before_anything_is_solved(seed, monkeypatch):
+    monkeypatch.setattr("human_gait.walks.climb", lambda *_: pytest.fail("solves"))
+    kind = ValueError if type(seed) is int else TypeError
+    with pytest.raises(kind, match=r"seed|must be from 0 to 4294967295"):
+        hg.predict(TASK, seed=seed)
 
 
 def test_the_default_limit_is_told_by_help(capsys):

@@ -137,6 +137,7 @@ def test_every_console_is_made_in_one_place():
         }
         used = {getattr(n.func, "id", "") for n in ast.walk(tree) if isinstance(n, ast.Call)}
         assert "Console" not in used, path
+        assert "echo" not in {n.attr for n in ast.walk(tree) if isinstance(n, ast.Attribute)}, path
         assert not names & {"Prompt", "track", "getpass"}, path
 
 
@@ -182,3 +183,12 @@ def test_on_a_real_terminal_nothing_but_colours_and_its_own_line_arrives(spoilt)
     os.close(main)
     assert said.startswith("error: ")
     assert not obeyed(said) - {"\r"}
+
+
+def test_nothing_is_obeyed_where_the_encoding_is_ascii(tmp_path):
+    """Typer's echo takes such a stream for misconfigured and writes past it."""
+    command = [sys.executable, "-m", "human_gait", "init", "--out", "é\x1b[2J\x1b]0;x\x07.toml"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout == b"wrote \\xe9\\x1b[2J\\x1b]0;x\\x07.toml\n"

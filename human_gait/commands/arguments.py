@@ -14,12 +14,13 @@ from human_gait.exceptions import GaitError, ResultError, shown
 from human_gait.results.folder import try_folder
 from human_gait.results.names import GAIT_FILE, PREDICTED, result_files
 from human_gait.results.ours import check_free
+from human_gait.solving.seeds import checked_seed
 from human_gait.stopping import checked_limit
+from human_gait.terminal import say
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
 
-LARGEST_SEED = 2**32 - 1
 _ROOM = 2**21  # bytes: a result takes about 1 MB, its pictures and the animation 3 more
 
 
@@ -94,10 +95,10 @@ def whole_number(text: str | int) -> int:
 
 def seed_number(text: str | int) -> int:
     """Return the seed of an option."""
-    seed = whole_number(text)
-    if not 0 <= seed <= LARGEST_SEED:
-        raise typer.BadParameter(f"{seed} must be from 0 to {LARGEST_SEED}")
-    return seed
+    try:
+        return checked_seed(whole_number(text))
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
 
 
 ScenarioFile = Annotated[
@@ -173,5 +174,5 @@ def loaded_gait(folder: Path) -> Gait:
 
     gait = load_gait(folder)
     if why := no_walk(gait):
-        typer.echo(f"note: {folder}: {why}", err=True)
+        say(f"note: {folder}: {why}", error=True)
     return gait

@@ -20,6 +20,7 @@ from human_gait.results.folder import whole_file
 from human_gait.results.names import EXPORT, ROBOT
 from human_gait.results.ours import check_free
 from human_gait.scenario import load_scenario
+from human_gait.terminal import say
 
 
 def export(
@@ -55,7 +56,7 @@ def export(
     target = out or folder / EXPORT
     names = [name.value for name in formats] if formats else list(FORMATS)
     files = export_gait(loaded_gait(folder), target, names, rate)
-    typer.echo(f"wrote {len(files)} files to {target}")
+    say(f"wrote {len(files)} files to {target}")
 
 
 def urdf(
@@ -75,4 +76,4 @@ def urdf(
     text = scenario_robot(load_scenario(scenario) if scenario else None)
     with whole_file(target) as path:
         path.write_text(text, encoding="utf-8")
-    typer.echo(f"wrote {target}")
+    say(f"wrote {target}")

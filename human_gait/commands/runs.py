@@ -25,6 +25,7 @@ from human_gait.commands.exits import NO_SOLUTION
 from human_gait.exceptions import ScenarioError
 from human_gait.scenario import load_scenario, scenario_file
 from human_gait.stopping import TIME_LIMIT
+from human_gait.terminal import say
 
 
 def predict(
@@ -52,7 +53,7 @@ def predict(
     """Predict the walk of a scenario and write the result."""
     task, file = load_scenario(scenario), scenario_file(scenario)
     if file != scenario:
-        typer.echo(f"scenario: {file}")
+        say(f"scenario: {file}")
     if warm_from:
         if solver is SolverChoice.ALL:
             raise typer.BadParameter(

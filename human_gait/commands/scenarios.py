@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from human_gait.terminal import say
+
 
 def init(
     name: Annotated[str, typer.Argument(metavar="[NAME]", help="Its name, else walk.")] = "",
@@ -21,7 +23,7 @@ def init(
     """Write a new scenario that explains all of its settings."""
     from human_gait.settings import write_scenario
 
-    typer.echo(f"wrote {write_scenario(name, out, template, force)}")
+    say(f"wrote {write_scenario(name, out, template, force)}")
 
 
 def settings(
@@ -34,4 +36,4 @@ def settings(
     from human_gait.settings import explanation, listing, schema_text
 
     shown = explanation(key) if key else listing()
-    typer.echo(schema_text() if json_schema else shown, nl=not json_schema)
+    say(schema_text() if json_schema else shown, end="" if json_schema else "\n")

@@ -14,7 +14,7 @@ from human_gait.commands.arguments import (
 )
 from human_gait.results.folder import whole_file
 from human_gait.results.names import COMPARISON, PLAYBACK
-from human_gait.terminal import screen
+from human_gait.terminal import say, screen
 
 
 def explain(folder: ResultFolder) -> None:
@@ -58,7 +58,7 @@ def play(
 
         with whole_file(save) as path:
             save_playback(gait, path, **pair)
-        typer.echo(f"wrote {save}")
+        say(f"wrote {save}")
     else:
         from human_gait.playback.page import play as play_live
 
@@ -102,8 +102,8 @@ def film(
 
         target = write_film(folder, out, view, pixels, second, tell)
     for failed in filter(None, (no_walk(load_gait(given)) for given in both)):
-        typer.echo(f"note: {failed}", err=True)
-    typer.echo(f"wrote {target}")
+        say(f"note: {failed}", error=True)
+    say(f"wrote {target}")
 
 
 def plot(folder: ResultFolder) -> None:
@@ -112,7 +112,7 @@ def plot(folder: ResultFolder) -> None:
     from human_gait.prediction import draw
 
     n_plots = draw(loaded_gait(folder), folder)
-    typer.echo(f"wrote {n_plots} plots and {PLAYBACK} to {folder}")
+    say(f"wrote {n_plots} plots and {PLAYBACK} to {folder}")
 
 
 def compare(folder: ResultFolder) -> None:
@@ -121,7 +121,7 @@ def compare(folder: ResultFolder) -> None:
     from human_gait.people.comparison import compare_to_folder
 
     screen().print(compare_to_folder(folder))
-    typer.echo(f"wrote {', '.join(COMPARISON)} to {folder}")
+    say(f"wrote {', '.join(COMPARISON)} to {folder}")
 
 
 def report(
@@ -138,7 +138,7 @@ def report(
         check_result(folder)
     from human_gait.reporting.page import report_to_file
 
-    typer.echo(f"wrote {report_to_file(folders, out)}")
+    say(f"wrote {report_to_file(folders, out)}")
 
 
 def figures(
@@ -156,5 +156,5 @@ def figures(
     folder = out or results / "figures"
     files = save_figures(results, folder)
     for failed in failed_results(results):
-        typer.echo(f"note: {failed}: no walk was found, its best attempt is drawn", err=True)
-    typer.echo(f"wrote {len(files)} files to {folder}")
+        say(f"note: {failed}: no walk was found, its best attempt is drawn", error=True)
+    say(f"wrote {len(files)} files to {folder}")
