@@ -130,7 +130,8 @@ def _double_support(cycle: Cycle) -> StepScore:
         _double_support_share(stance_of(force.percent, force.mean + k * force.sd))
         for k in (0.0, -2.0, 2.0)
     )
-    basis = f"{falisse.label}, at the speed they chose: vertical force, and that \N{PLUS-MINUS SIGN} 2 SD"
+    band = "vertical force, and that \N{PLUS-MINUS SIGN} 2 SD"
+    basis = f"{falisse.label}, at the speed they chose: {band}"
     return StepScore(
         "double support",
         "% of step",
