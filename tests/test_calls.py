@@ -261,7 +261,7 @@ def test_a_saved_gait_is_what_it_was_and_every_command_takes_it(walk, saved, cap
 
 @pytest.mark.solve
 def test_checks_and_scores_of_a_path_are_those_of_the_gait(walk, saved):
-    assert hg.verify(saved).names == hg.verify(walk).names
+    assert set(hg.verify(saved).names) - set(hg.verify(walk).names) == {"other files off the gait"}
     assert hg.verify(str(saved / GAIT_FILE)).passed
     assert hg.compare(saved) == hg.compare(walk) == hg.compare(str(saved / GAIT_FILE))
     assert str(hg.explain(saved)) == str(hg.explain(walk))

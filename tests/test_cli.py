@@ -376,8 +376,8 @@ def test_the_choices_are_those_of_the_rooms():
     from human_gait.solving.drake_solvers import SOLVERS
 
     assert tuple(arguments.DynamicsName) == ENGINES
-    assert tuple(cli.SolverName) == SOLVERS
-    assert tuple(cli.SolverChoice) == (*SOLVERS, "all")
+    assert tuple(arguments.SolverName) == SOLVERS
+    assert tuple(arguments.SolverChoice) == (*SOLVERS, "all")
 
 
 # --- scenarios by name, and all that is wrong with one

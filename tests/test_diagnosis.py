@@ -487,9 +487,9 @@ SHAPE = {
     "price": 5.0,
     "step": "1 mm",
     "saving": 0.2,
-    "time_s": 0.1,
+    "time_s": 0.2 * guessed_gait().step_time,
 }
-EXPLANATION = {"cost": 1.0, "step_time_s": 0.5, "shapes": [SHAPE]}
+EXPLANATION = {"cost": 1.0, "step_time_s": guessed_gait().step_time, "shapes": [SHAPE]}
 SUCCESS = {"success": True, "diagnosis": None}
 FAILURE = {
     "success": False,
@@ -505,7 +505,7 @@ def folder(tmp_path):
     """A result folder with these files, as objects or as text."""
 
     def write(summary=None, explanation=None):
-        (tmp_path / "gait.npz").write_bytes(b"")
+        save_gait(guessed_gait(), tmp_path)
         for name, content in (("summary", summary), ("explanation", explanation)):
             if content is not None:
                 text = content if isinstance(content, str) else json.dumps(content)
@@ -529,6 +529,11 @@ def test_explain_prints_the_diagnosis_of_a_failure(folder, capsys):
     assert "walk.speed: [slower] (too fast)" in printed
 
 
+def test_a_failure_without_a_diagnosis_says_so(folder, capsys):
+    assert cli.run(["explain", str(folder({"success": False}))]) == 0
+    assert "why is not recorded" in capsys.readouterr().out
+
+
 def test_a_walk_without_costly_bounds_says_so(folder, capsys):
     assert cli.run(["explain", str(folder(SUCCESS, EXPLANATION | {"shapes": []}))]) == 0
     assert "No bound" in capsys.readouterr().out
@@ -541,7 +546,6 @@ def test_a_walk_without_costly_bounds_says_so(folder, capsys):
         ("{", None),
         ("\udcff".encode("utf-8", "surrogateescape").decode("latin-1") + "{", None),
         ("[]", EXPLANATION),
-        ({"success": False}, None),
         ({"success": False, "diagnosis": {"not_kept": []}}, None),
         ({"success": False, "diagnosis": {"not_kept": 3, "try": []}}, None),
         ({"success": False, "diagnosis": {"not_kept": [], "try": [3]}}, None),
@@ -573,7 +577,7 @@ def test_explain_report_and_compare_say_the_same_of_one_summary(tmp_path, capsys
     (tmp_path / "explanation.json").write_text(json.dumps(EXPLANATION))
     if damage:
         (tmp_path / "summary.json").write_text(damage)
-    commands = ("explain", "report") if damage == "[]" else ("explain", "report", "compare")
+    commands = ("explain", "report", "compare") if damage == "{" else ("explain", "report")
     said = set()
     for command in commands:
         assert cli.run([command, str(tmp_path)]) == cli.BAD_INPUT

@@ -19,6 +19,7 @@ from exports import from_opensim, joint_centres, link_poses, marker_places, walk
 from human_gait import cli
 from human_gait.body.skeleton import DOF_NAMES, SEGMENTS, index, mirror
 from human_gait.body.urdf import JOINT_NAMES, LINK_NAMES
+from human_gait.commands.arguments import FormatName
 from human_gait.exceptions import ResultError
 from human_gait.export import formats as export
 from human_gait.export.formats import FORMATS, RATES, export_gait, sampled
@@ -453,7 +454,7 @@ def test_the_command_writes_beside_the_result(gait, tmp_path, capsys):
 
 
 def test_the_command_offers_all_formats_and_rates(gait, tmp_path, capsys):
-    assert [name.value for name in cli.FormatName] == list(FORMATS)
+    assert [name.value for name in FormatName] == list(FORMATS)
     save_gait(gait, tmp_path)
     (tmp_path / "afile").touch()
     for arguments, complaint in (

@@ -169,7 +169,10 @@ def rewrite(folder, allow_pickle=False, **changes):
     with np.load(folder / GAIT_FILE) as file:
         arrays = {name: file[name] for name in file.files} | changes
     kept = {name: array for name, array in arrays.items() if array is not None}
-    np.savez(folder / GAIT_FILE, allow_pickle=allow_pickle, **kept)
+    with zipfile.ZipFile(folder / GAIT_FILE, "w") as archive:
+        for name, array in kept.items():
+            with archive.open(f"{name}.npy", "w") as member:
+                np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=allow_pickle)
 
 
 def assert_refused(folder, *parts):
@@ -184,7 +187,7 @@ def test_pickled_objects_are_not_executed(saved, tmp_path):
     """Neither inside an array, nor as the whole file."""
     trap = np.array(Trap(tmp_path / "sprung"), dtype=object)
     rewrite(saved, allow_pickle=True, control_points=trap)
-    assert_refused(saved, "allow_pickle")
+    assert_refused(saved, "control_points is no array of numbers")
     with (saved / GAIT_FILE).open("wb") as file:
         np.save(file, trap, allow_pickle=True)
     assert_refused(saved)

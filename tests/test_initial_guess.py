@@ -91,7 +91,9 @@ def test_it_is_the_spline_nearest_to_the_plan():
         basis = Basis.uniform(step_cycle(walker.plan.walk), control_points)
         free = initial_guess(scenario(), walker.body, walker.plan, basis)
         assert free.shape == (control_points - 3, N_DOF)
-        gait = build_program(scenario(control_points=control_points)).gait(free.ravel())
+        gait = build_program(scenario(control_points=control_points, intervals=20)).gait(
+            free.ravel()
+        )
         now = gait.instants(np.linspace(0.0, gait.step_time, 40, endpoint=False))
         distance = np.linalg.norm(now.points - gait.plan.footholds, axis=-1)
         worst.append(distance[gait.plan.contact(now.t)].max())

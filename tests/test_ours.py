@@ -17,7 +17,7 @@ from walking import guessed_gait
 
 import human_gait as hg
 from human_gait import cli
-from human_gait.commands.arguments import check_writable
+from human_gait.commands.arguments import beside, check_writable
 from human_gait.exceptions import ResultError
 from human_gait.pictures import plots
 from human_gait.prediction import OURS
@@ -355,7 +355,7 @@ def test_a_refinement_is_written_beside_a_result_that_has_no_name_here(
     monkeypatch.chdir(folder)
     put(tmp_path / "walk-refined" / "gait.npz")
     with pytest.raises(ResultError, match=r"walk-refined/gait.npz: is in the way"):
-        check_writable(cli.beside(Path(place), "-refined"))
+        check_writable(beside(Path(place), "-refined"))
 
 
 # --- pictures: all or none

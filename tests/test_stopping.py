@@ -16,7 +16,7 @@ from walks import scenario
 import human_gait as hg
 from human_gait import cli, prediction, stopping
 from human_gait.checks.check import Check
-from human_gait.exceptions import NoSolutionFound, ResultError, SolveInterrupted
+from human_gait.exceptions import NoSolutionFound, SolveInterrupted
 from human_gait.problem.program import build_program
 from human_gait.results.folder import replaced_folder
 from human_gait.solving import starts
@@ -153,11 +153,12 @@ def test_a_folder_takes_the_place_of_another_uninterrupted(tmp_path):
 # --- predictions
 
 
+OLD = "gait=0123456789abcdef"  # a file says so that it is one of ours
 STAGES = {  # where a signal comes, and whether there is something to keep by then
     "a start is made": ("human_gait.solving.starts.solve", True),
     "an attempt is checked": ("human_gait.solving.starts.verify", True),
-    "the file is checked": ("human_gait.prediction.verify", True),
-    "the gait is written": ("human_gait.prediction.save_gait", True),
+    "the file is checked": ("human_gait.solving.summary.verify", True),
+    "the gait is written": ("human_gait.solving.summary.save_gait", True),
     "the summary is made": ("human_gait.prediction.summary_content", True),
     "the cycle is written": ("human_gait.prediction.save_gait_cycle", True),
     "the folder is replaced": ("human_gait.results.folder.put", True),
@@ -186,7 +187,7 @@ def test_a_signal_at_any_moment_leaves_the_old_result_or_a_new_one(
 
     (tmp_path / "walk.toml").write_text(WALK)
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "gait.npz").write_text("old")
+    (tmp_path / "out" / "gait.npz").write_text(OLD)
     monkeypatch.setattr(place, pressed)
     code = cli.run(["predict", str(tmp_path / "walk.toml"), "--out", str(tmp_path / "out")])
     said = capsys.readouterr().err
@@ -198,7 +199,7 @@ def test_a_signal_at_any_moment_leaves_the_old_result_or_a_new_one(
         assert summary["cost"] == hg.load(tmp_path / "out").solution["cost"]
     else:
         assert code == 128 + signal.SIGTERM
-        assert (tmp_path / "out" / "gait.npz").read_text() == "old"
+        assert (tmp_path / "out" / "gait.npz").read_text() == OLD
     drawn = stage in ("a start is made", "an attempt is checked")
     assert said.count("human-gait plot") == (kept and not drawn)
 
@@ -387,30 +388,6 @@ def test_what_fails_after_a_solve_is_a_warning_that_tells_how_to_make_it_later(
     assert sum(f"human-gait plot {tmp_path / 'walk'}" in line for line in lines) == 2
     written = {path.name for path in (tmp_path / "walk").iterdir()}
     assert written == {"gait.npz", "summary.json"}
-
-
-@pytest.mark.usefixtures("cut_short")
-def test_a_result_that_cannot_be_written_where_it_should_be_is_kept_elsewhere(
-    tmp_path, monkeypatch
-):
-    """A disk that is full by now."""
-    inner, full = prediction.replaced_folder, tmp_path / "full" / "walk"
-    monkeypatch.setattr(prediction.tempfile, "mkdtemp", lambda prefix: str(tmp_path / prefix))
-
-    def on_a_full_disk(folder, *given):
-        if folder == full:
-            raise ResultError(f"{folder}: no space") from OSError(28, "No space left on device")
-        return inner(folder, *given)
-
-    monkeypatch.setattr(prediction, "replaced_folder", on_a_full_disk)
-    with pytest.raises(ResultError, match="No space left on device; it is in") as caught:
-        prediction.predict_to_folder(TASK, "newton", full)
-    kept = tmp_path / "human-gait-" / "walk"
-    assert str(kept) in str(caught.value)
-    assert {"gait.npz", "summary.json"} <= {path.name for path in kept.iterdir()}
-    monkeypatch.setattr(prediction, "replaced_folder", lambda *_: on_a_full_disk(full))
-    with pytest.raises(ResultError, match="no space"):
-        prediction.predict_to_folder(TASK, "newton", full)
 
 
 def test_what_is_drawn_with_is_tried_before_the_solve(tmp_path, monkeypatch, capsys):

@@ -44,7 +44,7 @@ _LOAD, _WORLD, _BASE = "backpack", "world", "base_link"
 _DRAKE = "drake"  # the prefix of Drake's own elements
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Mass:
     """A mass [kg], its centre (3,) [m] and its inertia about that (3, 3) [kg m^2], in a link."""
 
