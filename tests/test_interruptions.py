@@ -10,10 +10,11 @@ def cut():
     from human_gait.solving import drake_solvers, starts
     from human_gait.pictures import plots
     from human_gait.playback import page
+    from human_gait.walk.described import gait_digest
     rungs = starts.own_starts
     starts.own_starts = lambda *given: islice(rungs(*given), 1)
     drake_solvers.OPTIONS["newton"]["most_iterations"] = 5
-    told = lambda gait: str(gait.scenario.walk.speed)
+    told = lambda gait: f"gait={gait_digest(gait)} {gait.scenario.walk.speed}"
     plots.save_plots = lambda gait, folder: (folder / "zmp.png").write_text(told(gait))
     page.save_playback = lambda gait, path: path.write_text(told(gait))
 import sys

@@ -214,15 +214,15 @@ def test_sigterm_at_twenty_random_moments_leaves_a_whole_result(tmp_path, capsys
     whole, random = time.monotonic() - began, np.random.default_rng(0)
     before = signal.signal(signal.SIGTERM, lambda *_: None)  # if the run is quicker this time
     for moment in random.uniform(0.0, whole, 20):
-        (tmp_path / "out" / "summary.json").write_text("old")
+        (tmp_path / "out" / "summary.json").write_text(OLD)
         clock = threading.Timer(moment, os.kill, (os.getpid(), signal.SIGTERM))
         clock.start()
         code = cli.run(command)
         clock.join()
         summary = (tmp_path / "out" / "summary.json").read_text()
-        assert code == (128 + signal.SIGTERM if summary == "old" else 1)
+        assert code == (128 + signal.SIGTERM if summary == OLD else 1)
         assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "walk.toml"]
-        if summary != "old":
+        if summary != OLD:
             cost = json.loads(summary)["cost"]
             assert hg.load(tmp_path / "out").solution["cost"] == cost
     signal.signal(signal.SIGTERM, before)
