@@ -185,6 +185,12 @@ def test_a_path_without_a_result_is_one_line(call, tmp_path):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("call", [hg.film, hg.play, hg.bspline_trajectory])
+def test_what_is_neither_a_gait_nor_a_path_is_a_type_error(call):
+    with pytest.raises(TypeError):
+        call(None)
+
+
 @pytest.mark.parametrize("call", [hg.predict, hg.build_program, hg.pinocchio_model, hg.drake_plant])
 def test_a_path_without_a_scenario_is_one_line(call):
     with pytest.raises(hg.ScenarioError, match=r"nowhere\.toml: cannot be read"):

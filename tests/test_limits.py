@@ -99,8 +99,11 @@ def test_limits_hold_for_a_posture_and_its_mirror_image():
     [
         ({"frozen": ["tail"]}, ("limits.frozen", "tail")),
         ({"tail": [0.0, 1.0]}, ("limits.tail", "unknown DOF")),
-        ({"pelvis_rz": [2.0, 5.0]}, ("limits.pelvis_rz", "mirror")),
-        ({"knee_flexion_r": [0.0, 5.0], "knee_flexion_l": [10.0, 20.0]}, ("limits.knee",)),
+        ({"pelvis_rz": [2.0, 5.0]}, ("limits.pelvis_rz = [2.0, 5.0]", "mirror", "with 0 in it")),
+        (
+            {"knee_flexion_r": [0.0, 5.0], "knee_flexion_l": [10.0, 20.0]},
+            ("limits.knee_flexion_r = [0.0, 5.0]", "the same on both sides"),
+        ),
     ],
 )
 def test_limits_that_make_no_sense_are_refused(limits, parts):

@@ -145,6 +145,10 @@ def test_scenarios_can_be_hashed_and_pickled(tmp_path):
         (WALK + "[load]\nposition = [0, 1]\n", ["load.position = [0, 1]", "3 numbers"]),
         (WALK + "[load]\nsize = [1, 1, 0]\n", ["load.size", "each from 0.01 to 2 m"]),
         (WALK + "[discretisation]\nintervals = 16.0\n", ["intervals = 16.0", "whole number"]),
+        (
+            WALK + "[discretisation]\nintervals = 400\ndynamics_per_interval = 8\n",
+            ["intervals = 400", "at most 125", "dynamics_per_interval = 8"],
+        ),
         (WALK + "[discretisation]\ncontrol_points = 4\n", ["control_points = 4", "from 5"]),
         (
             WALK + "[load]\nmass = 5.0\nposition = [0.1, 0.0, -0.2]\n",

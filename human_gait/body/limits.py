@@ -122,11 +122,15 @@ def torque_weights(scenario: Scenario) -> FloatArray:
 
 def _on_both_sides(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the limits that a posture keeps together with its mirror image, the next step's."""
-    ends = mirror(lower), mirror(upper)
+    ends, given = (mirror(lower), mirror(upper)), np.stack([lower, upper])
     lower, upper = np.maximum(lower, np.minimum(*ends)), np.minimum(upper, np.maximum(*ends))
     for i in np.flatnonzero(lower > upper):
-        allowed = "leaves no range that a walk and its mirror image share"
-        raise ScenarioError(f"limits.{DOF_NAMES[i]}", allowed)
+        remedy = "one with 0 in it" if MIRROR_INDEX[i] == i else "the same on both sides"
+        allowed = f"leaves no range that a walk and its mirror image share; try {remedy}"
+        value = [
+            float(f"{end:.4g}") for end in given[:, i] * (1.0 if PRISMATIC[i] else np.rad2deg(1.0))
+        ]
+        raise ScenarioError(f"limits.{DOF_NAMES[i]}", allowed, value)
     return lower, upper
 
 

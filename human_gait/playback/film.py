@@ -26,7 +26,7 @@ from human_gait.results.folder import whole_file
 from human_gait.results.names import FILM
 from human_gait.results.ours import check_free, given_path
 from human_gait.walk.described import gait_digest, no_walk
-from human_gait.walk.gait_file import folder_of, load_gait
+from human_gait.walk.gait_file import folder_of, gait_of
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
@@ -93,7 +93,7 @@ def film(
         check_free(target.parent, [target.name])
     encode = encoder(target) if suffix == ".mp4" else ""
     given = [gait] if second is None else [gait, second]
-    gaits = [load_gait(one) if isinstance(one, str | Path) else one for one in given]
+    gaits = [gait_of(one) for one in given]
     walkers = [Walker(one) for one in gaits]
     told = _said_of(gaits)
     with whole_file(target) as file:

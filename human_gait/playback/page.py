@@ -30,7 +30,7 @@ from human_gait.playback.scene import WALKERS, DrawnStride, extent, scene_comman
 from human_gait.playback.server import LOOPBACK, has_screen, page_server
 from human_gait.playback.still import still_address
 from human_gait.walk.described import gait_digest, no_walk
-from human_gait.walk.gait_file import load_gait
+from human_gait.walk.gait_file import gait_of
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
@@ -85,16 +85,12 @@ def play(
     """
     if strides is not None and strides < 1:
         raise ValueError(f"strides must be at least 1, not {strides}")
-    first, other = _gait(gait), None if second is None else _gait(second)
+    first, other = gait_of(gait), None if second is None else gait_of(second)
     page = playback_page(first, strides, other, overlay)
     if in_notebook() if inline is None else inline:
         return InlinePage(page, " and ".join(_names([first, other] if other else [first])))
     _serve(page, host, 2 * first.step_time * strides if strides else None)
     return None
-
-
-def _gait(result: Gait | str | Path) -> Gait:
-    return load_gait(result) if isinstance(result, str | Path) else result
 
 
 def _serve(page: str, host: str, seconds: float | None) -> None:

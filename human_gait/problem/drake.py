@@ -28,7 +28,7 @@ from human_gait.problem.residual import Constraint, Demand
 from human_gait.problem.violation import Violation
 from human_gait.walk.bspline import DEGREE
 from human_gait.walk.gait import Gait
-from human_gait.walk.gait_file import load_gait
+from human_gait.walk.gait_file import gait_of
 
 ObjectArray = npt.NDArray[np.object_]
 
@@ -288,7 +288,7 @@ def bspline_trajectory(gait: Gait | str | Path) -> BsplineTrajectory:
     ResultError
         If there is no gait that can be read.
     """
-    walk = gait if isinstance(gait, Gait) else load_gait(gait)
+    walk = gait_of(gait)
     basis = BsplineBasis(DEGREE + 1, walk.knots)
     return BsplineTrajectory(basis, walk.control_points.T)
 

@@ -12,6 +12,7 @@ from human_gait.scenario.schema import Section, section
 
 MIRRORED_CONTROL_POINTS = 6  # per DOF; three of them repeat the first three
 MIRRORED_BY_DEFAULT = 7  # with fewer the ends of the step are too stiff for most walks
+MOST_INSTANTS = 1000  # what is looked at in a step: more takes minutes for each point of a solve
 MANY_CONTROL_POINTS = 20  # of more, splines are free between 20 instants: intervals follow
 
 
@@ -59,7 +60,12 @@ class Discretisation(Section):
 
     @classmethod
     def conflicts(cls, values: Mapping[str, Any]) -> Iterator[ScenarioError]:
-        """Yield an error where too few control points are free."""
+        """Yield an error where too few control points are free, or there are too many instants."""
+        intervals = values.get("intervals", cls.intervals)
+        each = values.get("dynamics_per_interval", cls.dynamics_per_interval)
+        if intervals * each > MOST_INSTANTS:
+            rule = f"must be at most {MOST_INSTANTS // each} with dynamics_per_interval = {each}"
+            yield ScenarioError(cls.dotted("intervals"), rule, intervals)
         n = values.get("control_points", MIRRORED_CONTROL_POINTS)
         if values.get("periodicity") == "acceleration" and n < MIRRORED_CONTROL_POINTS:
             rule = f"must be at least {MIRRORED_CONTROL_POINTS} where accelerations are periodic"

@@ -145,6 +145,19 @@ def load_record(folder: str | Path) -> Record:
         return restored(file)
 
 
+def gait_of(result: Gait | str | Path) -> Gait:
+    """Return a gait that is given itself, or by the folder of a result, or its ``gait.npz``.
+
+    Raises
+    ------
+    ResultError
+        As for `load_gait`.
+    TypeError
+        If it is neither a gait nor a path.
+    """
+    return result if isinstance(result, Gait) else load_gait(result)
+
+
 def folder_of(result: str | Path) -> Path:
     """Return the folder of a result that is given by its folder or by the ``gait.npz`` in it."""
     path = Path(result)
