@@ -693,7 +693,7 @@ def settings_of(kind, **narrower):
 RANGES = st.tuples(st.floats(-20, 20), st.floats(-20, 20)).map(sorted)
 NARROWER = {  # what other settings of the scenario ask for
     "load": {"position": st.tuples(st.just(0.0), st.floats(-1, 1), st.floats(-1, 1))},
-    "discretisation": {"control_points": st.integers(6, 60)},
+    "discretisation": {"control_points": st.integers(6, 60), "intervals": st.integers(12, 125)},
 }
 SCENARIOS = st.fixed_dictionaries(
     {
