@@ -27,7 +27,8 @@ def ended() -> int:
     Linear algebra gets one thread unless told otherwise: the matrices are small, and sums in
     another order would lead the solvers along another path.
     """
-    from human_gait.results.streams import Outlet, outlet  # noqa: PLC0415, signals come first
+    from human_gait.faults import BAD_INPUT  # noqa: PLC0415, signals come first
+    from human_gait.results.streams import Outlet, outlet  # noqa: PLC0415
     from human_gait.surroundings import process_is_ours  # noqa: PLC0415
     from human_gait.terminal import complain  # noqa: PLC0415
 
@@ -39,7 +40,7 @@ def ended() -> int:
     if sys.stdout:
         sys.stdout.flush()
     if Outlet.failure and code == 0:
-        code = complain(f"the output cannot be written: {Outlet.failure}", 2)
+        code = complain(f"the output cannot be written: {Outlet.failure}", BAD_INPUT)
     return code
 
 

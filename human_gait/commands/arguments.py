@@ -117,6 +117,9 @@ TimeLimit = Annotated[
     ),
 ]
 ResultFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a result.")]
+SecondResult = Annotated[
+    Path | None, typer.Argument(metavar="[DIR2]", help="A result to show beside it.")
+]
 
 
 def no_empty(words: Sequence[str]) -> None:

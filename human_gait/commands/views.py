@@ -9,6 +9,7 @@ import typer
 
 from human_gait.commands.arguments import (
     ResultFolder,
+    SecondResult,
     check_result,
     loaded_gait,
 )
@@ -30,9 +31,7 @@ def explain(folder: ResultFolder) -> None:
 
 def play(
     folder: ResultFolder,
-    second: Annotated[
-        Path | None, typer.Argument(metavar="[DIR2]", help="A result to show beside it.")
-    ] = None,
+    second: SecondResult = None,
     overlay: Annotated[
         bool, typer.Option("--overlay", help="In one place: DIR solid, DIR2 translucent.")
     ] = False,
@@ -67,9 +66,7 @@ def play(
 
 def film(
     folder: ResultFolder,
-    second: Annotated[
-        Path | None, typer.Argument(metavar="[DIR2]", help="A result to show beside it.")
-    ] = None,
+    second: SecondResult = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="A .gif, .mp4 or .png (phases), else walk.gif in DIR."),

@@ -89,8 +89,6 @@ def film(
         check_free(target.parent, [target.name])
     suffix = target.suffix.lower()
     _check(target, view, size)
-    if path is None:
-        check_free(target.parent, [target.name])
     encode = encoder(target) if suffix == ".mp4" else ""
     given = [gait] if second is None else [gait, second]
     gaits = [gait_of(one) for one in given]

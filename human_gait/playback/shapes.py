@@ -42,14 +42,6 @@ class Mesh:
         return Mesh(self.vertices @ turn.T + by, self.faces)
 
 
-def joined(meshes: Iterable[Mesh]) -> Mesh:
-    """Return surfaces as one."""
-    parts = list(meshes)
-    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
-    faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
-    return Mesh(np.concatenate([part.vertices for part in parts]), np.concatenate(faces))
-
-
 def flat(polygons: Iterable[FloatArray], height: float) -> Mesh:
     """Return convex polygons, (n, 2) of x and z [m], that lie at one height."""
     vertices: list[FloatArray] = []
