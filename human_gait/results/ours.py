@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import re
-import stat
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,9 +15,11 @@ from pathlib import Path
 from human_gait.exceptions import ResultError
 from human_gait.results.folder import replaced_folder
 from human_gait.results.names import AGREEMENT, EXPORT, GAIT_FILE
+from human_gait.results.reading import read_regular
+from human_gait.results.sealed import MARK
 
 _HEAD = 2**16  # bytes in which a file says what it is
-_DIGEST = rb'\bgaits?(?:_digest)?(?:=| |\0|": |" content=)"?[0-9a-f]{16}\b|"gaits": \{'
+_DIGEST = rb"\b" + MARK + rb'\b|"gaits": \{'
 _BEGINNINGS = (  # of files of all versions that have no digest
     rb"\APK.*format\.npy.*about\.npy",  # gait.npz
     rb"\APK.*(?:joint limit|ZMP stability|contact position|__gait__|__names__)\.npy",
@@ -62,11 +63,7 @@ def given_path(given: str | Path) -> Path:
 def is_ours(path: Path) -> bool:
     """Tell whether a file was written by us, or is empty so that nothing can be lost with it."""
     try:
-        found = path.stat()
-        if not stat.S_ISREG(found.st_mode):
-            return False
-        with path.open("rb") as file:
-            head = file.read(_HEAD)
+        head = read_regular(path, _HEAD)
     except OSError:
         return False
     return not head or bool(_SIGN.search(head)) or _is_picture(head)

@@ -12,6 +12,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+MARK = rb'gaits?(?:_digest)?(?:=|\0|": |" content=)"?([0-9a-f]{16})'
+"""How files of all kinds say which gait they are of: a pattern, whose group is the digest."""
+
 _SEAL = "digest"
 _DIGITS = 16
 

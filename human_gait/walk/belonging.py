@@ -33,7 +33,7 @@ from human_gait.results.names import (
     VERIFICATION,
 )
 from human_gait.results.reading import AGAIN, LARGEST, read_json, read_regular
-from human_gait.results.sealed import digest_of
+from human_gait.results.sealed import MARK, digest_of
 from human_gait.results.shapes import ASKED, FOUND, GAITS, Maybe, Shape
 from human_gait.scenario import Scenario
 from human_gait.walk.described import gait_digest
@@ -45,7 +45,7 @@ GAIT_MEMBER = "__gait__"
 """Of ``multipliers.npz``: the digest of the gait that they belong to."""
 
 _NEAR = 2**16  # bytes from the start or the end of a file in which its digest is
-_MARK = re.compile(rb'(?:\b|tEXt)gaits?(?:_digest)?(?:=|\0|": |" content=)"?([0-9a-f]{16})')
+_MARK = re.compile(rb"(?:\b|tEXt)" + MARK)
 _CLOSE = 1e-6  # of the largest number of a curve: the table has nine digits
 _TOLD: Mapping[str, Shape] = {
     **GAITS,
