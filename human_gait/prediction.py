@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 
 from human_gait import console
@@ -38,14 +39,14 @@ from human_gait.results.unfinished import refuges
 from human_gait.scenario import Scenario
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import posture
-from human_gait.solving.starts import GIVEN, OWN_GUESS, WARM, Attempt, Start, best, climb
+from human_gait.solving.starts import GIVEN, OWN_GUESS, Attempt, Start, best, climb, from_walk
 from human_gait.solving.summary import (
     checks_content,
     explanation_content,
     save_verified,
     summary_content,
 )
-from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
+from human_gait.solving.warm_start import load_multipliers, save_multipliers
 from human_gait.stopping import TIME_LIMIT, running, under_way
 from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait import Gait
@@ -114,8 +115,7 @@ def _warm_start(folder: Path, program: GaitProgram) -> Start:
     """Return the walk of a result as the start of a program."""
     gait = load_gait(folder)
     _warn_of(gait)
-    multipliers = fitting(load_multipliers(gait, folder), program)
-    return Start(WARM, adapted(gait, program), multipliers, alone=False)
+    return from_walk(replace(gait, multipliers=load_multipliers(gait, folder)), program)
 
 
 def _warn_of(start: Gait) -> None:

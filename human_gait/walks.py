@@ -26,14 +26,14 @@ from human_gait.solving.diagnosis import not_kept, suggestions
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.seeds import checked_seed
 from human_gait.solving.solver import Solution
-from human_gait.solving.starts import GIVEN, WARM, Attempt, Start, Tell, best, climb
+from human_gait.solving.starts import GIVEN, Attempt, Tell, best, climb, from_walk
 from human_gait.solving.summary import (
     explanation_content,
     found_gait,
     save_verified,
     summary_content,
 )
-from human_gait.solving.warm_start import adapted, fitting, load_multipliers, save_multipliers
+from human_gait.solving.warm_start import load_multipliers, save_multipliers
 from human_gait.solving.watch import Iterate
 from human_gait.stopping import TIME_LIMIT, checked_limit, running, under_way
 from human_gait.walk.described import gait_digest, was_changed
@@ -114,7 +114,7 @@ def predict(  # noqa: PLR0913, options that are given by name
     before = _walk_before(warm_from)
     with running(checked_limit(time_limit)) as run:
         program = build_program(task, None, dynamics, costs, constraints)
-        start = None if before is None else _warm_start(before, program)
+        start = None if before is None else from_walk(before, program)
         run.asked.hold()
         with _telling(progress) as tell:
             kept = best(climb(program, solver, start, seed, tell))
@@ -173,11 +173,6 @@ def _walk_before(given: object) -> Gait | None:
         return load(given)
     kind = type(given).__name__
     raise TypeError(f"warm_from must be a gait or the folder of its result, not {kind}")
-
-
-def _warm_start(gait: Gait, program: GaitProgram) -> Start:
-    multipliers = fitting(gait.multipliers, program)
-    return Start(WARM, adapted(gait, program), multipliers, alone=False)
 
 
 @contextmanager

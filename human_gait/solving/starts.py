@@ -34,9 +34,10 @@ from human_gait.scenario import Scenario
 from human_gait.scenario.problem import MANY_CONTROL_POINTS
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import POSTURE, Solution, solve
-from human_gait.solving.warm_start import adapted, stretched
+from human_gait.solving.warm_start import adapted, fitting, stretched
 from human_gait.solving.watch import FEASIBLE, Iterate
 from human_gait.stopping import running, under_way
+from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import make_record
 
 Tell = Callable[[Iterate], None]
@@ -75,6 +76,12 @@ class Start:
     point: FloatArray
     multipliers: Mapping[str, FloatArray] = field(default_factory=dict)
     alone: bool = True
+
+
+def from_walk(gait: Gait, program: GaitProgram) -> Start:
+    """Return a walk with its multipliers as the first start of a program; its own ones follow."""
+    multipliers = fitting(gait.multipliers, program)
+    return Start(WARM, adapted(gait, program), multipliers, alone=False)
 
 
 @dataclass(frozen=True)
