@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from human_gait.scenario import Scenario
+from human_gait.terminal import printable
 from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait import Gait
 
@@ -60,8 +61,7 @@ _TWO_HYPHENS = "-\\u002d"  # the same to a reader of JSON
 
 def _shown(text: str) -> str:
     """Return a text on one line, its control characters as escapes: no format takes them all."""
-    line = " ".join(text.split())
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
+    return printable(" ".join(text.split()))
 
 
 def _on_one_line(what: Any) -> str:
