@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from human_gait.scenario import Scenario
-from human_gait.terminal import printable
 from human_gait.walk.described import gait_digest, no_walk
 from human_gait.walk.gait import Gait
 
@@ -34,7 +33,7 @@ class Note:
     @classmethod
     def of(cls, gait: Gait) -> Note:
         """Return the note of what is made from a gait."""
-        return cls(gait.scenario, gait_digest(gait), _shown(no_walk(gait)))
+        return cls(gait.scenario, gait_digest(gait), no_walk(gait))
 
     def entries(self) -> dict[str, Any]:
         """Return what there is to say, by name, for files that hold JSON."""
@@ -57,11 +56,6 @@ class Note:
 
 
 _TWO_HYPHENS = "-\\u002d"  # the same to a reader of JSON
-
-
-def _shown(text: str) -> str:
-    """Return a text on one line, its control characters as escapes: no format takes them all."""
-    return printable(" ".join(text.split()))
 
 
 def _on_one_line(what: Any) -> str:
