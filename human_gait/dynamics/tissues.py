@@ -46,7 +46,7 @@ class PassiveJoints:
 
     def __init__(self, kind: str = "tissue") -> None:
         rows = {row["joint"]: row for row in data.rows("passive_joints")}
-        chosen = [rows.get(_kind(name)) for name in DOF_NAMES]
+        chosen = [_row(rows, name) for name in DOF_NAMES]
         prefix = "measured_" if kind == "measured" else ""
         columns = (_column(chosen, prefix + key) for key in ("stiffness", "damping"))
         self.stiffness, self.damping = columns
@@ -103,10 +103,11 @@ def _slope(terms: Any, angles: FloatArray) -> FloatArray:
     return np.asarray(sum(slopes))
 
 
-def _kind(name: str) -> str:
-    """Return the row of the table that a DOF belongs to: no side, no number of the spine joint."""
-    base = name.removesuffix("_r").removesuffix("_l")
-    return "".join(sign for sign in base if not sign.isdigit())
+def _row(rows: Mapping[str, Mapping[str, str]], name: str) -> Mapping[str, str] | None:
+    """Return the row of a DOF: that of its joint, or of all of its kind; none of the global ones."""
+    joint = name.removesuffix("_r").removesuffix("_l")
+    kind = "".join(sign for sign in joint if not sign.isdigit())
+    return rows.get(joint, rows.get(kind))
 
 
 def _column(rows: list[Mapping[str, str] | None], key: str) -> FloatArray:

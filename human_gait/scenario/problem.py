@@ -30,7 +30,7 @@ class Discretisation(Section):
         "per DOF",
         5,
         60,
-        default=12,
+        default=16,
         effort=8,
         source="the paper has 5",
     )
@@ -118,7 +118,7 @@ class Tolerances(Section):
         source="Eq. 24; calibrated",
     )
     landing_speed: float = number(
-        "the same for ball and toes of the leading foot while it comes to stand flat",
+        "the same for the heel just after its strike, ball and toes when the foot has come down",
         "m/s",
         1e-3,
         2.0,
@@ -132,9 +132,9 @@ class Tolerances(Section):
         "m/s",
         1e-3,
         2.0,
-        default=0.3,
+        default=0.25,
         effort=0.3,
-        default_words="0.3, for effort as contact_speed; contact_speed at least",
+        default_words="0.25, for effort as contact_speed; contact_speed at least",
         source="Eq. 24; calibrated: it sets the time of push-off",
     )
     load_transfer: float = number(
@@ -142,7 +142,7 @@ class Tolerances(Section):
         "of the load",
         0.05,
         1.0,
-        default=0.1,
+        default=0.05,
         effort=0.3,
         source="Eq. 17; 1: in whatever order",
     )
@@ -168,6 +168,7 @@ class Tolerances(Section):
         1e-3,
         1.0,
         default=0.1,
+        default_words="a tenth of the walking speed; 0.1 for effort",
         source="Eq. 23",
     )
     knee_flexion_deg: float = number(
@@ -193,6 +194,7 @@ class Tolerances(Section):
         found = super().defaults(given, about)
         if about.formulation == HUMAN:
             found["contact_speed"] = round(min(0.15 * (about.speed / 1.2) ** 2, 2.0), 4)
+            found["pelvis_speed"] = round(0.1 * about.speed, 4)
         speed = given.get("contact_speed", found["contact_speed"])
         for name in ("landing_speed", "toe_off_speed"):
             found[name] = max(found[name], speed) if about.formulation == HUMAN else speed
@@ -319,9 +321,9 @@ class Objective(Section):
         "",
         0.0,
         10.0,
-        default=1.0,
+        default=2.0,
         effort=0.0,
-        source="as much as muscles: assumed",
+        source="calibrated",
     )
     activation_time: float = number(
         "how slowly muscles follow their nerves: T in squared torque + T^2 squared rate of torque",
@@ -362,7 +364,7 @@ class Objective(Section):
         "N^2 m^2 s^2/rad^2",
         0.0,
         1e5,
-        default=(770.0, 600.0, 3000.0),
+        default=(770.0, 100.0, 3000.0),
         effort=(0.0, 0.0, 0.0),
         source="calibrated",
     )

@@ -62,7 +62,8 @@ class Phases(Section):
         "of the step",
         0.01,
         0.99,
-        default=0.15,
+        default=0.175,
+        effort=0.15,
         source="measured, 1.2 m/s",
     )
     ball_off: float = number(
@@ -71,7 +72,7 @@ class Phases(Section):
         0.01,
         0.99,
         default=0.15,
-        default_words="0.15 before double support ends, 0.05 at least; 0.15 for effort",
+        default_words="0.10 before double support ends, 0.05 at least; 0.15 for effort",
         source="assumed: the trailing foot rolls to its toes",
     )
     double_support: float = number(
@@ -119,7 +120,7 @@ class Phases(Section):
         least, most = _DOUBLE_SUPPORT
         by_speed = 0.30 - 0.11 * (about.speed - 1.2)
         both = given.get("double_support", round(min(max(by_speed, least), most), 4))
-        return {**usual, "double_support": both, "ball_off": round(max(both - 0.15, 0.05), 4)}
+        return {**usual, "double_support": both, "ball_off": round(max(both - 0.10, 0.05), 4)}
 
     @classmethod
     def conflicts(cls, values: Mapping[str, Any]) -> Iterator[ScenarioError]:

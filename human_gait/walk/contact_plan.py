@@ -125,13 +125,14 @@ class ContactPlan:
     def allowed_speed(self, times: FloatArray) -> FloatArray:
         """Return how fast each contact point that stands may move, (K, 2, 4), [m/s], Eq. (24).
 
-        Ball and toes of the leading foot still roll while it comes to stand flat, and the toe tip
-        of the trailing foot rolls off.
+        The heel of the leading foot comes down with some speed, its ball and toes too, and the toe
+        tip of the trailing foot rolls off.
         """
         s, flat, tolerances = self.fraction(times), self.phases.foot_flat, self.tolerances
         allowed = np.full((len(s), 2, 4), tolerances.contact_speed)
         landing = (flat <= s) & (s < flat + _LANDING)
         allowed[landing, LEFT, BALL_MEDIAL:] = tolerances.landing_speed
+        allowed[s < _LANDING, LEFT, HEEL] = tolerances.landing_speed
         allowed[:, RIGHT, TOE] = tolerances.toe_off_speed
         return allowed
 
