@@ -198,14 +198,14 @@ def _of_wrench(
 
     def evaluate(now: Instants) -> Residual:
         r = _flat(rows(now.ground))
-        dF_dx = now.ground.wrench.partials[k]  # (r, 6, 165)
+        dF_dx = now.ground.variables.partials[k]  # (r, 6, 165)
         dr_dx = (r.partials[:, None] @ dF_dx)[:, 0]
         return Residual(r.value, *np.split(dr_dx, 3, axis=1))
 
     def to_adjoint(now: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
         r = _flat(rows(now.ground))
-        np.add.at(adjoint.wrench, k, multipliers[:, None] * r.partials)
-        np.add.at(adjoint.wrench_second, k, multipliers[:, None, None] * r.second)
+        np.add.at(adjoint.ground, k, multipliers[:, None] * r.partials)
+        np.add.at(adjoint.ground_second, k, multipliers[:, None, None] * r.second)
 
     lower = np.full(len(k), least)
     return Constraint(
@@ -222,9 +222,10 @@ def _of_wrench(
 
 
 def _flat(jets: list[Jet]) -> Jet:
-    """Return jets of the wrench one after the other as one (r,)."""
+    """Return jets of the variables of the ground one after the other as one (r,)."""
+    n = jets[0].partials.shape[-1]
     return Jet(
         np.concatenate([jet.value.ravel() for jet in jets]),
-        np.concatenate([jet.partials.reshape(-1, 6) for jet in jets]),
-        np.concatenate([jet.second.reshape(-1, 6, 6) for jet in jets]),
+        np.concatenate([jet.partials.reshape(-1, n) for jet in jets]),
+        np.concatenate([jet.second.reshape(-1, n, n) for jet in jets]),
     )

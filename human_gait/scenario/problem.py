@@ -170,9 +170,11 @@ class Ground(Section):
     """
 
     sharing: str = choice(
-        "pivot: both feet push towards one point; parallel: both in the same direction",
+        "pivot: both feet push towards one point; parallel: both in the same direction; "
+        "least_effort: as takes the muscles of the legs least",
         "pivot",
         "parallel",
+        "least_effort",
         default="pivot",
         source="parallel: Eq. 17",
     )

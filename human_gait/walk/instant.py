@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from human_gait.arrays import FloatArray
+from human_gait.body.limits import torque_weights
 from human_gait.body.person import make_body
 from human_gait.body.skeleton import N_DOF
 from human_gait.dynamics.carried_load import CarriedForce
@@ -24,6 +25,7 @@ from human_gait.walk.ground_reaction import (
     ground_reaction,
     joint_torques,
 )
+from human_gait.walk.least_effort import Lean, lean_of_least_effort
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,7 @@ class Instants:
     muscle_torque: Linearised
     ground: GroundReaction
     feet: tuple[FootMotion, FootMotion]
+    lean: Lean | None
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,7 @@ class Walker:
         self._curvature = TreeCurvature(self.body.table, self.body.pseudo_inertia())
         self._feet = Feet(self.body)
         self._carried = CarriedForce(self.body) if scenario.load.model == "force" else None
+        self._weights = torque_weights(scenario)
         pays_for_all = scenario.objective.passive_torques == "none"
         self._passive = None if pays_for_all else PassiveJoints()
 
@@ -112,10 +116,15 @@ class Walker:
         if self._carried:
             dynamics = self._carried.added(dynamics, q)
         ground = ground_reaction(dynamics, self.plan, t)
-        torque = joint_torques(dynamics, ground)
-        muscle_torque = torque - self._passive.torque(q, v) if self._passive else torque
+        torque, lean = joint_torques(dynamics, ground), None
+        passive = self._passive.torque(q, v) if self._passive else None
+        if self.plan.least_effort:
+            muscles = torque - passive if passive else torque
+            lean = lean_of_least_effort(dynamics, self.plan, t, ground, muscles, self._weights)
+            ground, torque = lean.leaning(ground), lean.added(torque)
+        muscle_torque = torque - passive if passive else torque
         feet = self._feet.motion(dynamics, v)
-        return Instants(t, dynamics, q, v, a, torque, muscle_torque, ground, feet)
+        return Instants(t, dynamics, q, v, a, torque, muscle_torque, ground, feet, lean)
 
     def second_derivatives(self, now: Instants, adjoint: Adjoint) -> SecondDerivatives:
         """Return the second derivatives of a weighted sum in q, v, a.
@@ -125,8 +134,9 @@ class Walker:
         """
         adjoint.torque[:, ROOT] = 0.0  # the global DOF have no torque, whatever the motion
         dynamics = now.dynamics
+        of_lean = now.lean.add_to_adjoint(dynamics, now.muscle_torque, adjoint) if now.lean else None
         own, mixed = add_torques_to_adjoint(dynamics, now.ground, adjoint)
-        weights = adjoint.torque, adjoint.wrench
+        weights = adjoint.torque, adjoint.ground[:, :6]
         qq, qv, qa, vv = self._curvature.hessian((now.q, now.v, now.a), dynamics.axes, *weights)
         qq += own + adjoint.posture_second
         if self._passive:
@@ -138,12 +148,21 @@ class Walker:
             by_qq, by_qv = self._feet.hessian(dynamics, now.feet[f], now.v, f, *weights)
             qq[:, chain[:, None], chain] += by_qq
             qv[:, chain[:, None], chain] += by_qv
-        J, F = now.muscle_torque.partials, now.ground.wrench.partials
+        J, F = now.muscle_torque.partials, now.ground.variables.partials
+        half = adjoint.ground_second @ F / 2
+        half[:, :, :N_DOF] += mixed.swapaxes(1, 2)
+        if of_lean and now.lean:
+            k = now.lean.k
+            by_ground, by_posture, pair = of_lean
+            half[k] += by_ground
+            half[k, :, :N_DOF] += pair.mixed.swapaxes(1, 2)
+            X, Y, Z = np.split(by_posture, 3, axis=2)
+            qq[k] += pair.second + X + X.swapaxes(1, 2)
+            qv[k] += Y
+            qa[k] += Z
         counting = np.flatnonzero(adjoint.torque_second.any(axis=0))
         counting = counting[counting >= len(ROOT)]
         squared = J[:, counting] * np.sqrt(adjoint.torque_second[:, counting, None])
-        half = adjoint.wrench_second @ F / 2
-        half[:, :, :N_DOF] += mixed.swapaxes(1, 2)
         rows = np.concatenate([squared, *adjoint.squares], axis=1)
         left = np.concatenate([half, *(B for B, _ in adjoint.products)], axis=1)
         right = np.concatenate([F, *(C for _, C in adjoint.products)], axis=1)
