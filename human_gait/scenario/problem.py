@@ -166,7 +166,9 @@ class Ground(Section):
 
     ``parallel`` is Eq. (17) as printed: both feet push in the direction of the sum. With ``pivot``
     they push towards one point above the ZMP, as people do: Eq. (17) and a force along the line
-    between the feet that cancels in the sum.
+    between the feet that cancels in the sum. With ``least_effort`` that force is at every instant
+    the one that takes the least squared torque of the legs' muscles; ``pivot_height`` then holds
+    where one foot has hardly any load.
     """
 
     sharing: str = choice(

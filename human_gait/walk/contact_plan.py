@@ -77,7 +77,6 @@ class ContactPlan:
 
     def __init__(self, scenario: Scenario, body: Body) -> None:
         self.walk, self.phases = scenario.walk, scenario.phases
-        self.stature = scenario.subject.stature
         height = scenario.ground.pivot_height * scenario.subject.stature
         self.spread = 0.0 if scenario.ground.sharing == "parallel" else 1.0 / height
         """How far the forces of both feet lean towards each other, per distance, [1/m]."""

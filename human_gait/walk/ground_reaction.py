@@ -14,13 +14,12 @@ exactly R at the ZMP, and the global DOF stay free of torque.
 Forces along AB, h on the trailing foot and -h on the leading one, cancel. Eq. (17) has none: both
 feet then push in parallel, and the hips have to hold the legs against each other. People's forces
 meet near a point above the centre of mass (Maus et al. 2010, Nat Commun 1:70). Forces meet at the
-height H above the ZMP if h = l1 l2 R_y (B - A) / H.
+height H above the ZMP if h = l1 l2 R_y (B - A) / H. `least_effort` finds 1/H from the torques.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -101,8 +100,8 @@ def ground_reaction(
 ) -> GroundReaction:
     """Return the ground reaction at the instants `times` (K,) of the step."""
     variables = root_wrench(dynamics)
-    if plan.least_effort:  # leaves room for a seventh
-        variables = with_lean(variables, Linearised(np.zeros(len(times)), np.zeros(())))
+    if plan.least_effort:
+        variables = with_lean(variables)
     F = Jet.variables(variables.value)
     R, M = F[:, :3], F[:, 3:6]
     # Step one, Fig. 5 (a): M - ZMP x R has no part about x and z, only M_y about y.
@@ -129,11 +128,12 @@ def ground_reaction(
     return GroundReaction(variables, R, zmp, M_y, l2, pressure, wrenches, toes, links)  # type: ignore[arg-type]
 
 
-def with_lean(wrench: Linearised, lean: Linearised) -> Linearised:
-    """Return the wrench (K, 6) of the ground and how far the forces lean (K,) as variables."""
-    value = np.column_stack([wrench.value[:, :6], lean.value])
-    partials = np.zeros((*value.shape, wrench.partials.shape[-1]))
-    partials[:, :6], partials[:, 6] = wrench.partials[:, :6], lean.partials
+def with_lean(variables: Linearised, lean: Linearised | None = None) -> Linearised:
+    """Return the wrench and, as a seventh variable, how far the forces lean (K,), [1/m]."""
+    value, partials = np.zeros((len(variables.value), 7)), np.zeros((len(variables.value), 7, 165))
+    value[:, :6], partials[:, :6] = variables.value[:, :6], variables.partials[:, :6]
+    if lean:
+        value[:, 6], partials[:, 6] = lean.value, lean.partials
     return Linearised(value, partials)
 
 
@@ -166,73 +166,42 @@ def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction) -> Linear
 
 
 def add_torques_to_adjoint(
-    dynamics: InverseDynamics, reaction: GroundReaction, adjoint: Adjoint
+    axes: FloatArray, on_links: OnLinks, adjoint: Adjoint
 ) -> tuple[FloatArray, FloatArray]:
-    """Take account of the forces on the feet in a sum of joint torques weighted by the adjoint.
+    """Take account of the forces on the feet in a weighted sum of joint torques.
 
-    What the sum owes to the variables of the ground is added to the adjoint.
-
-    Returns
-    -------
-    second : (K, 55, 55) array
-        Second derivatives by q, the variables of the ground constant.
-    mixed : (K, 55, n) array
-        Second derivatives by q and the variables of the ground.
-    """
-    owed = loads_derivatives(dynamics.axes, reaction.on_links, adjoint.torque)
-    adjoint.ground[:] += owed.ground
-    adjoint.ground_second[:] += owed.ground_second
-    return owed.second, owed.mixed
-
-
-class LoadsDerivatives(NamedTuple):
-    """Derivatives of a sum of the torques of loads.
-
-    Attributes
-    ----------
-    ground, ground_second : (K, n) and (K, n, n) array
-        By the variables of the ground.
-    second : (K, 55, 55) array
-        Second derivatives by q.
-    mixed : (K, 55, n) array
-        Second derivatives by q and the variables of the ground.
-    """
-
-    ground: FloatArray
-    ground_second: FloatArray
-    second: FloatArray
-    mixed: FloatArray
-
-
-def loads_derivatives(
-    axes: FloatArray, on_links: OnLinks, weights: FloatArray
-) -> LoadsDerivatives:
-    """Return what a weighted sum of the torques of loads on the feet adds to the derivatives.
-
-    That is L = - sum w_i S_i^T W(y) with S_i the spatial axis of joint i, W what acts on the links
-    of the feet and y the variables of the ground. With p = sum w_i S_i
+    That is L = - sum w_i S_i^T W(y) with w = ``adjoint.torque``, S_i the spatial axis of joint i,
+    W what acts on the links of the feet and y the variables of the ground. With p = sum w_i S_i
 
         dL/dy = - p^T dW/dy,                    d2L/dy2 = - p^T d2W/dy2,
         d2L/dq2 = - sum w_i (d2S_i/dq2)^T W,    d2L/dqdy = - (dp/dq)^T dW/dy.
 
+    What the sum owes to y is added to the adjoint.
+
     Parameters
     ----------
     axes : (K, 6, 55) array
-    on_links : as in `GroundReaction`
-    weights : (K, 55) array
+    on_links : wrenches on rear foot and toes, as those of a `GroundReaction`
+    adjoint : Adjoint
+
+    Returns
+    -------
+    second : (K, 55, 55) array
+        Second derivatives by q, y constant: the axes S move.
+    mixed : (K, 55, n) array
+        Second derivatives by q and y.
     """
-    K, n = len(axes), on_links[0][0].partials.shape[-1]
-    shapes = (n,), (n, n), (N_DOF, N_DOF), (N_DOF, n)
-    owed = LoadsDerivatives(*(np.zeros((K, *shape)) for shape in shapes))
+    K, n = adjoint.ground.shape
+    second, mixed = np.zeros((K, N_DOF, N_DOF)), np.zeros((K, N_DOF, n))
     for f in (RIGHT, LEFT):
         for wrench, joints in zip(on_links[f], LOADED[f], strict=True):
-            S, w = axes[:, :, joints], weights[:, joints]
+            S, w = axes[:, :, joints], adjoint.torque[:, joints]
             p = (S @ w[..., None]).swapaxes(1, 2)  # (K, 1, 6)
-            owed.ground[:] -= (p @ wrench.partials)[:, 0]
-            owed.ground_second[:] -= (p @ wrench.second.reshape(K, 6, n * n)).reshape(K, n, n)
-            owed.mixed[:, joints] -= weighted_axes_dq(S, w).swapaxes(1, 2) @ wrench.partials
-            owed.second[:, joints[:, None], joints] -= load_hessian(S, w, wrench.value)
-    return owed
+            adjoint.ground[:] -= (p @ wrench.partials)[:, 0]
+            adjoint.ground_second[:] -= (p @ wrench.second.reshape(K, 6, n * n)).reshape(K, n, n)
+            mixed[:, joints] -= weighted_axes_dq(S, w).swapaxes(1, 2) @ wrench.partials
+            second[:, joints[:, None], joints] -= load_hessian(S, w, wrench.value)
+    return second, mixed
 
 
 def _leading_share(zmp: Jet, A: FloatArray, B: FloatArray, both: BoolArray) -> Jet:

@@ -25,7 +25,7 @@ from human_gait.walk.ground_reaction import (
     ground_reaction,
     joint_torques,
 )
-from human_gait.walk.least_effort import Lean, lean_of_least_effort
+from human_gait.walk.least_effort import Lean, least_effort
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,8 @@ class Instants:
         The part that the muscles give: `torque` without the passive torques.
     ground : GroundReaction
     feet : FootMotion of the right and of the left foot
+    lean : Lean, or None
+        By least effort.
     """
 
     t: FloatArray
@@ -55,7 +57,7 @@ class Instants:
     muscle_torque: Linearised
     ground: GroundReaction
     feet: tuple[FootMotion, FootMotion]
-    lean: Lean | None
+    lean: Lean | None = None
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,7 @@ class SecondDerivatives:
     rows : (K, r, 165) array
         A, for the squares of the torques and of own terms.
     left, right : (K, r, 165) array
-        B and C, for products with the wrench and of own terms.
+        B and C, for products with the variables of the ground and of own terms.
     pairs : two (K, 55, 165) arrays, or None
         D and E, for products of torques with those of the next instant.
     """
@@ -117,12 +119,11 @@ class Walker:
             dynamics = self._carried.added(dynamics, q)
         ground = ground_reaction(dynamics, self.plan, t)
         torque, lean = joint_torques(dynamics, ground), None
-        passive = self._passive.torque(q, v) if self._passive else None
+        muscle_torque = torque - self._passive.torque(q, v) if self._passive else torque
         if self.plan.least_effort:
-            muscles = torque - passive if passive else torque
-            lean = lean_of_least_effort(dynamics, self.plan, t, ground, muscles, self._weights)
-            ground, torque = lean.leaning(ground), lean.added(torque)
-        muscle_torque = torque - passive if passive else torque
+            lean = least_effort(dynamics, self.plan, t, ground, muscle_torque, self._weights)
+            torque, muscle_torque = lean.added(torque), lean.added(muscle_torque)
+            ground = lean.leaning(ground)
         feet = self._feet.motion(dynamics, v)
         return Instants(t, dynamics, q, v, a, torque, muscle_torque, ground, feet, lean)
 
@@ -134,8 +135,9 @@ class Walker:
         """
         adjoint.torque[:, ROOT] = 0.0  # the global DOF have no torque, whatever the motion
         dynamics = now.dynamics
-        of_lean = now.lean.add_to_adjoint(dynamics, now.muscle_torque, adjoint) if now.lean else None
-        own, mixed = add_torques_to_adjoint(dynamics, now.ground, adjoint)
+        lean = now.lean
+        of_lean = lean.second_derivatives(dynamics, now.muscle_torque, adjoint) if lean else None
+        own, mixed = add_torques_to_adjoint(dynamics.axes, now.ground.on_links, adjoint)
         weights = adjoint.torque, adjoint.ground[:, :6]
         qq, qv, qa, vv = self._curvature.hessian((now.q, now.v, now.a), dynamics.axes, *weights)
         qq += own + adjoint.posture_second
@@ -148,24 +150,22 @@ class Walker:
             by_qq, by_qv = self._feet.hessian(dynamics, now.feet[f], now.v, f, *weights)
             qq[:, chain[:, None], chain] += by_qq
             qv[:, chain[:, None], chain] += by_qv
-        J, F = now.muscle_torque.partials, now.ground.variables.partials
-        half = adjoint.ground_second @ F / 2
+        J, y = now.muscle_torque.partials, now.ground.variables.partials
+        half = adjoint.ground_second @ y / 2
         half[:, :, :N_DOF] += mixed.swapaxes(1, 2)
-        if of_lean and now.lean:
-            k = now.lean.k
-            by_ground, by_posture, pair = of_lean
-            half[k] += by_ground
-            half[k, :, :N_DOF] += pair.mixed.swapaxes(1, 2)
-            X, Y, Z = np.split(by_posture, 3, axis=2)
-            qq[k] += pair.second + X + X.swapaxes(1, 2)
-            qv[k] += Y
-            qa[k] += Z
+        if of_lean:
+            k = of_lean.k
+            by_q, by_v, by_a = np.split(of_lean.by_posture, 3, axis=2)
+            half[k] += of_lean.left
+            qq[k] += by_q + by_q.swapaxes(1, 2)
+            qv[k] += by_v
+            qa[k] += by_a
         counting = np.flatnonzero(adjoint.torque_second.any(axis=0))
         counting = counting[counting >= len(ROOT)]
         squared = J[:, counting] * np.sqrt(adjoint.torque_second[:, counting, None])
         rows = np.concatenate([squared, *adjoint.squares], axis=1)
         left = np.concatenate([half, *(B for B, _ in adjoint.products)], axis=1)
-        right = np.concatenate([F, *(C for _, C in adjoint.products)], axis=1)
+        right = np.concatenate([y, *(C for _, C in adjoint.products)], axis=1)
         coupled = adjoint.torque_next
         pairs = (coupled[..., None] * J, J) if coupled.any() else None
         return SecondDerivatives(StateHessian(qq, qv, qa, vv), rows, left, right, pairs)
