@@ -122,8 +122,10 @@ class Walker:
         muscle_torque = torque - self._passive.torque(q, v) if self._passive else torque
         if self.plan.least_effort:
             lean = least_effort(dynamics, self.plan, t, ground, muscle_torque, self._weights)
-            torque, muscle_torque = lean.added(torque), lean.added(muscle_torque)
             ground = lean.leaning(ground)
+            lean.add_to(torque)
+            if self._passive:  # else they are the same
+                lean.add_to(muscle_torque)
         feet = self._feet.motion(dynamics, v)
         return Instants(t, dynamics, q, v, a, torque, muscle_torque, ground, feet, lean)
 

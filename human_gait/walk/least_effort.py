@@ -149,14 +149,13 @@ class Lean:
         second[self.k] += added.second
         return Jet(value, partials, second)
 
-    def added(self, torque: Linearised) -> Linearised:
-        """Return the torques (K, 55) for g instead of g_0: with s (g - g_0)."""
-        value, partials = torque.value.copy(), torque.partials.copy()
+    def add_to(self, torque: Linearised) -> None:
+        """Add s (g - g_0) to torques (K, 55), in place: those of g_0 become those of g."""
         on, s, more = np.ix_(self.k, LEGS), self.pair.torque, self.more
-        value[on] += s.value * more.value[:, None]
-        partials[on] += s.partials * more.value[:, None, None]
-        partials[on] += s.value[..., None] * more.partials[:, None]
-        return Linearised(value, partials)
+        torque.value[on] += s.value * more.value[:, None]
+        partials = s.partials * more.value[:, None, None]
+        partials += s.value[..., None] * more.partials[:, None]
+        torque.partials[on] += partials
 
     def second_derivatives(
         self, dynamics: InverseDynamics, muscles: Linearised, adjoint: Adjoint
