@@ -29,6 +29,7 @@ REFERENCE_STRENGTH = 100.0
 """Strength of a joint whose torques count as they are, [N m]."""
 
 _ROWS = data.rows("joint_limits")
+_KNEES = [index(f"knee_flexion_{side}") for side in SIDES]
 
 
 def position_limits() -> tuple[FloatArray, FloatArray]:
@@ -112,12 +113,14 @@ def torque_weights(scenario: Scenario) -> FloatArray:
 
     ``strength``: (100 N m / strength_i)^2, the mean strength of the joint's two directions. Effort
     is then relative to what a joint can give: 10 N m are little for a hip and much for a wrist.
-    ``none``: 1, the objective of the paper.
+    ``none``: 1, the objective of the paper. Those of the knees are times `objective.knee`.
     """
-    if scenario.objective.weighting == "none":
-        return np.ones(N_DOF)
-    lower, upper = torque_limits(scenario.subject, deviations=0.0)
-    return np.asarray((2.0 * REFERENCE_STRENGTH / (upper - lower)) ** 2)
+    weights = np.ones(N_DOF)
+    if scenario.objective.weighting == "strength":
+        lower, upper = torque_limits(scenario.subject, deviations=0.0)
+        weights = (2.0 * REFERENCE_STRENGTH / (upper - lower)) ** 2
+    weights[_KNEES] *= scenario.objective.knee
+    return weights
 
 
 def _on_both_sides(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatArray]:

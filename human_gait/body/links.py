@@ -123,6 +123,22 @@ class Links(Value):
             J[thorax] += _pseudo_inertia(np.array(self.load.mass), self.load_com, self.load_inertia)
         return J
 
+    def standing(self, ball: str) -> FootPoints:
+        """Return the contact points with the ball on a link of the foot: ``foot`` or ``toes``.
+
+        On the toes it stays where it is when the heel rises about the axis of the metatarsal heads.
+        """
+        points = self.contact
+        if ball == "foot":
+            return points
+        of_ball = np.array([name.startswith("ball") for name in points.names])
+        toes = np.array([[skeleton.SEGMENTS[f"toe_{side}"]] for side in skeleton.SIDES])
+        links = np.where(of_ball, toes, points.links)
+        _, A = frames(self.table, np.zeros(skeleton.N_DOF))  # a foot that stands flat
+        to_link = inverse(A[links]) @ A[points.links]
+        places = np.einsum("fpij,fpj->fpi", to_link[..., :3, :3], points.points)
+        return FootPoints(points.names, links, places + to_link[..., :3, 3])
+
 
 def _pseudo_inertia(mass: FloatArray, com: FloatArray, inertia: FloatArray) -> FloatArray:
     J = np.empty((*mass.shape, 4, 4))

@@ -45,8 +45,8 @@ class Engine(Protocol):
 class RecursionEngine:
     """The paper's recursion on the DH table, Eqs. (5)-(13)."""
 
-    def __init__(self, body: Body) -> None:
-        self._body = body
+    def __init__(self, body: Body, ball: str = "foot") -> None:
+        self._body, self._contact = body, body.standing(ball)
 
     def torques(self, motion: Motion, loads: Sequence[ExternalLoad]) -> FloatArray:
         """Return the joint torques (K, 55), [N m] and [N], of K instants under loads."""
@@ -121,8 +121,8 @@ class Mechanics(Value):
 class DrakeEngine:
     """Drake's MultibodyPlant of the URDF."""
 
-    def __init__(self, body: Body) -> None:
-        self._body = body
+    def __init__(self, body: Body, ball: str = "foot") -> None:
+        self._body, self._contact = body, body.standing(ball)
         self.plant = plant = drake_plant(body)
         self._context = plant.CreateDefaultContext()
         self._mass = plant.CalcTotalMass(self._context)
@@ -161,7 +161,7 @@ class DrakeEngine:
 
     def _contact_points(self, f: int) -> FloatArray:
         """Return place and velocity (4, 2, 3) of the contact points of a foot in the world."""
-        contact, found = self._body.contact, []
+        contact, found = self._contact, []
         for link, point in zip(contact.links[f], contact.points[f], strict=True):
             place = self._pose(link).multiply(point)
             found.append((place, self._velocity(link, place)))

@@ -53,9 +53,10 @@ def on_footholds(plan: ContactPlan, now: Samples, footholds: FloatArray) -> Chec
 
 def soft_impact(gait: Gait, now: Samples, found: Mechanics) -> Check:
     """Points that stand hardly move, Eq. (24)."""
-    speed = np.abs(found.velocities).max(axis=-1)
-    standing = np.where(gait.plan.contact(now.t), speed, 0.0)
     limit = BETWEEN * gait.scenario.tolerances.contact_speed
+    allowed = BETWEEN * gait.plan.allowed_speed(now.t)
+    beyond = np.abs(found.velocities).max(axis=-1) * limit / allowed
+    standing = np.where(gait.plan.contact(now.t), beyond, 0.0)
     return RESTING.worst(limit, standing, now.t)
 
 

@@ -2,7 +2,8 @@
 
 Hip, knee and ankle in the sagittal plane: the elastic moments of Riener and Edrich (1999),
 J Biomech 32:539-544, which couple the joints through the muscles that span two of them. All other
-joints: linear stiffness and damping of ``data/passive_joints.csv``.
+joints: linear stiffness and damping of ``data/passive_joints.csv``, ``measured`` or the softer ones
+of the first versions, ``tissue``.
 """
 
 from __future__ import annotations
@@ -35,12 +36,20 @@ _LEGS = tuple(np.array([index(f"{joint}_{side}") for joint in _SAGITTAL]) for si
 
 
 class PassiveJoints:
-    """Passive torques of all joints; none for the global DOF."""
+    """Passive torques of all joints; none for the global DOF.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    kind : str
+        ``tissue`` or ``measured``, as `Objective.passive_torques`.
+    """
+
+    def __init__(self, kind: str = "tissue") -> None:
         rows = {row["joint"]: row for row in data.rows("passive_joints")}
         chosen = [rows.get(_kind(name)) for name in DOF_NAMES]
-        self.stiffness, self.damping = (_column(chosen, key) for key in ("stiffness", "damping"))
+        prefix = "measured_" if kind == "measured" else ""
+        columns = (_column(chosen, prefix + key) for key in ("stiffness", "damping"))
+        self.stiffness, self.damping = columns
         self.rest = np.deg2rad(_column(chosen, "rest_deg"))
 
     def torque(self, q: FloatArray, v: FloatArray) -> Linearised:
@@ -65,6 +74,11 @@ class PassiveJoints:
                     size = weights[:, leg[joint]] * _term(term, q[:, leg])
                     second[:, leg[:, None], leg] += size[:, None, None] * np.outer(c, c)
         return second
+
+
+def no_torque(q: FloatArray) -> Linearised:
+    """Return no passive torques (K, 55): muscles pay for all."""
+    return Linearised(0.0 * q, np.zeros((*q.shape, 3 * N_DOF)))
 
 
 def _sagittal(angles: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -63,7 +63,7 @@ def paper_constraints(scenario: Scenario, plan: ContactPlan, times: FloatArray) 
     rows = [
         ground_penetration(plan, times, on),
         contact_position(scenario, plan, times, on),
-        soft_impact(scenario, plan, times, on),
+        soft_impact(plan, times, on),
         feet_apart(scenario, plan, times, on),
         zmp_stability(plan, times),
         load_transfer(scenario, plan, times),

@@ -98,13 +98,11 @@ def contact_position(
     )
 
 
-def soft_impact(
-    scenario: Scenario, plan: ContactPlan, times: FloatArray, on: IntArray
-) -> Constraint:
+def soft_impact(plan: ContactPlan, times: FloatArray, on: IntArray) -> Constraint:
     """Points that stand do not move, Eq. (24): their velocity is zero."""
     points = _Points.where(plan.contact(times), on)
     k, f, p = points.k, points.f, points.p
-    tolerance = np.full(3 * len(k), scenario.tolerances.contact_speed)
+    tolerance = np.repeat(plan.allowed_speed(times)[k, f, p], 3)
 
     def evaluate(now: Instants) -> Residual:
         value, dq, dv = (

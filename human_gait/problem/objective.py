@@ -1,53 +1,42 @@
 """The objective: a sum of terms, integrals over the step of what walking costs.
 
-By default it has one, the integral of the squared joint torques, Eq. (18). A term tells its value
-with first derivatives by the state (q, v, a) of each instant, and what it asks of the adjoint, from
-which exact second derivatives follow (`walk.adjoint`).
+The first is the integral of the squared joint torques, Eq. (18), and in the paper's formulation the
+only one. A term tells its value with first derivatives by the state (q, v, a) of each instant, and
+what it asks of the adjoint, from which exact second derivatives follow (`walk.adjoint`).
 """
 
 from __future__ import annotations
-
-from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.limits import torque_weights
-from human_gait.body.skeleton import MIRROR_INDEX, MIRROR_SIGN
+from human_gait.body.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF
+from human_gait.problem.fibre_work import ankle_work, joint_work
+from human_gait.problem.steadiness import steady_head, steady_trunk
+from human_gait.problem.term import UNIT, Term
 from human_gait.scenario import Scenario
-from human_gait.walk.adjoint import Adjoint
+from human_gait.walk.adjoint import JOINTS, Adjoint, at_next
+from human_gait.walk.gait import instant_spacing
 from human_gait.walk.instant import Instants
 
-UNIT = "N^2 m^2 s"
-
-
-@dataclass(frozen=True, eq=False)
-class Term:
-    """One term of the objective.
-
-    Attributes
-    ----------
-    name, unit, equation : str
-        All terms of an objective have its unit, N^2 m^2 s.
-    evaluate : function
-        Instants (K), the time (K,) [s] that each stands for -> value of the integral, and its
-        partials (K, 165) in q, v, a of each instant.
-    add_to_adjoint : function
-        Instants, times (K,), factor, Adjoint: adds the derivatives of factor * integral to the
-        adjoint. It may couple neighbouring instants (`Adjoint.torque_next`).
-    """
-
-    name: str
-    unit: str
-    equation: str
-    evaluate: Callable[[Instants, FloatArray], tuple[float, FloatArray]]
-    add_to_adjoint: Callable[[Instants, FloatArray, float, Adjoint], None]
-
-
 def objective(scenario: Scenario) -> list[Term]:
-    """Return the terms of a scenario's objective."""
-    return [squared_torque(torque_weights(scenario))]
+    """Return the terms of a scenario's objective: those that cost anything."""
+    cost, weights = scenario.objective, torque_weights(scenario)
+    mirrored, dt = scenario.discretisation.mirrored, instant_spacing(scenario)
+    terms = [squared_torque(weights)]
+    if cost.activation_time:
+        terms.append(squared_torque_rate(weights * cost.activation_time**2, dt, mirrored))
+    if cost.passive_cost:
+        terms.append(squared_passive_torque(np.full(N_DOF, cost.passive_cost)))
+    if cost.positive_work or cost.negative_work:
+        prices = cost.positive_work, cost.negative_work
+        terms += [joint_work(*prices), ankle_work(*prices, cost.tendon_stiffness, dt, mirrored)]
+    if any(cost.steady_trunk):
+        terms.append(steady_trunk(np.array(cost.steady_trunk)))
+    if cost.steady_head:
+        terms.append(steady_head(cost.steady_head))
+    return terms
 
 
 def squared_torque(weights: FloatArray) -> Term:
@@ -71,8 +60,36 @@ def squared_torque(weights: FloatArray) -> Term:
     return Term("squared torque", UNIT, "18", evaluate, add_to_adjoint)
 
 
+def squared_passive_torque(weights: FloatArray) -> Term:
+    """Return the integral of the squared torques p of tissues: sum_i w_i p_i^2 dt.
+
+    A joint that leans on its tissues loads them as muscles would be: without a price the trunk
+    hangs in its ligaments.
+
+    Parameters
+    ----------
+    weights : (55,) array
+    """
+
+    def evaluate(now: Instants, spacing: FloatArray) -> tuple[float, FloatArray]:
+        p, weight = now.passive_torque, np.multiply.outer(spacing, weights)
+        value = float(np.sum(weight * p.value**2))
+        return value, np.einsum("ki,kis->ks", 2.0 * weight * p.value, p.partials)
+
+    def add_to_adjoint(now: Instants, spacing: FloatArray, factor: float, adjoint: Adjoint) -> None:
+        weight = 2.0 * np.multiply.outer(factor * spacing, weights)
+        adjoint.passive[:] += weight * now.passive_torque.value
+        adjoint.passive_second[:] += weight
+
+    return Term("squared passive torque", UNIT, "", evaluate, add_to_adjoint)
+
+
 def squared_torque_rate(weights: FloatArray, interval: float, mirrored: bool = True) -> Term:
     """Return the integral of the squared rates of the muscle torques: sum_i w_i (dtau_i/dt)^2 dt.
+
+    A muscle that follows its excitation e by T dtau/dt + tau = e has, over a step that repeats
+    itself, the integral of e^2 = tau^2 + T^2 (dtau/dt)^2: the mixed term is a total derivative.
+    With w = T^2 and the squared torques this is the squared excitation.
 
     Rates are differences of neighbouring instants; the end of a step that is its own mirror image
     (Eq. 26) has the mirrored torques of its beginning.
@@ -88,8 +105,8 @@ def squared_torque_rate(weights: FloatArray, interval: float, mirrored: bool = T
 
     def differences(now: Instants) -> FloatArray:
         tau = now.muscle_torque.value
-        end = MIRROR_SIGN * tau[:1, MIRROR_INDEX]
-        return np.diff(tau, axis=0, append=end) if mirrored else np.diff(tau, axis=0)
+        after = at_next(tau, mirrored)
+        return after - tau[: len(after)]
 
     def by_torque(now: Instants) -> FloatArray:
         """Return the derivative (K, 55) of the integral by each torque."""
@@ -109,9 +126,10 @@ def squared_torque_rate(weights: FloatArray, interval: float, mirrored: bool = T
         own = 2.0 * factor * weights / interval
         adjoint.torque[:] += factor * by_torque(now)
         adjoint.torque_second[:] += 2.0 * own
-        adjoint.torque_next[:] -= own
         if not mirrored:
             adjoint.torque_second[[0, -1]] -= own
-            adjoint.torque_next[-1] += own
+        J = now.muscle_torque.partials
+        after = at_next(J, mirrored)[:, JOINTS]
+        adjoint.pairs.append((-own[JOINTS, None] * J[: len(after), JOINTS], after))
 
     return Term("squared torque rate", UNIT, "", evaluate, add_to_adjoint)

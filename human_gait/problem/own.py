@@ -20,8 +20,8 @@ import numpy.typing as npt
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import N_DOF
-from human_gait.problem.objective import UNIT, Term
 from human_gait.problem.residual import Constraint, Demand, Residual
+from human_gait.problem.term import UNIT, Term
 from human_gait.values import Value, tuple_of_arrays
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.instant import Instants

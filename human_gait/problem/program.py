@@ -41,9 +41,10 @@ from human_gait.problem.drake import (
 )
 from human_gait.problem.functions import WalkFunctions
 from human_gait.problem.impossible import refusals
-from human_gait.problem.objective import Term, objective
+from human_gait.problem.objective import objective
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.residual import Constraint, Residual
+from human_gait.problem.term import Term
 from human_gait.problem.violation import Violation, worst_row
 from human_gait.scenario import Scenario, load_scenario
 from human_gait.scenario.schema import refuse

@@ -92,23 +92,24 @@ class Transcription:
             half += squares.T @ squares / 2
             functions = first + np.arange(POINTS)
             self._add(by_point, functions, functions, half + half.T)
-        if second.pairs:
-            self._add_pairs(by_point, *second.pairs)
+        for left, right in second.pairs:
+            self._add_pairs(by_point, left, right)
         return by_point.reshape(m * N_DOF, m * N_DOF)
 
     def _add_pairs(self, by_point: FloatArray, left: FloatArray, right: FloatArray) -> None:
         """Add D_k^T E_k+1 and its transpose: neighbouring instants share five control points.
 
-        After the last instant of a step that is its own mirror image comes that of the first.
+        After the last instant of a step that is its own mirror image comes T, in the control points
+        of the first one.
         """
-        left, right, active = self._onto_points(left), self._onto_points(right), self._active
-        if self.basis.mirrored:  # tau(T) = S tau(0), in the control points of the first instant
-            image = self.basis.cycle.sign[:, None, None] * right[0][self.basis.cycle.index]
-            right, active = np.concatenate([right, image[None]]), np.vstack([active, active[:1]])
-        for k in range(len(right) - 1):
-            block = _flat(left[k]).T @ _flat(right[k + 1])
-            self._add(by_point, active[k], active[k + 1], block.copy())
-            self._add(by_point, active[k + 1], active[k], block.T.copy())
+        here = np.arange(len(left))
+        after = (here + 1) % len(self.times)
+        D, E = self._onto_points(left, here), self._onto_points(right, after)
+        for k, onward in zip(here, after, strict=True):
+            block = _flat(D[k]).T @ _flat(E[k])
+            rows, columns = self._active[k], self._active[onward]
+            self._add(by_point, rows, columns, block.copy())
+            self._add(by_point, columns, rows, block.T.copy())
 
     def _add(
         self, by_point: FloatArray, rows: IntArray, columns: IntArray, block: FloatArray
@@ -128,10 +129,14 @@ class Transcription:
             for j, column in enumerate(columns % m):
                 by_point[row, :, column] += block[i, :, j]
 
-    def _onto_points(self, rows: FloatArray) -> FloatArray:
-        """Return rows (K, r, 165) in q, v, a as rows (K, r, 4, 55) in the active control points."""
+    def _onto_points(self, rows: FloatArray, at: IntArray | None = None) -> FloatArray:
+        """Return rows (K, r, 165) in q, v, a as rows (K, r, 4, 55) in the active control points.
+
+        Those of the instants `at`, all by default.
+        """
         by_order = rows.reshape(*rows.shape[:2], 3, N_DOF)  # instant, row, order, DOF
-        N = self._active_N.transpose(1, 2, 0)  # instant, control point, order
+        N = self._active_N if at is None else self._active_N[:, at]
+        N = N.transpose(1, 2, 0)  # instant, control point, order
         return np.asarray(N[:, None] @ by_order)
 
     def _half_of_direct(self, k: IntArray, blocks: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Self
 
 from human_gait.scenario.declarations import choice, number
-from human_gait.scenario.schema import Section, section
+from human_gait.scenario.schema import About, Section, section
 
 MEDIAN_BODY = {  # stature [m]: ANSUR II medians; mass [kg]: ANSUR 1988 means
     "male": {"stature": 1.755, "mass": 78.4},
@@ -27,6 +27,7 @@ class Subject(Section):
         "whose proportions and strength; also the stature and mass if left out",
         "male",
         "female",
+        default=None,
         default_words='"male"',
     )
     stature: float = number(
@@ -34,6 +35,7 @@ class Subject(Section):
         "m",
         1.3,
         2.2,
+        default=None,
         default_words=_of_the_sex("stature"),
         source="adults; default 50th percentile of the sex",
     )
@@ -42,6 +44,7 @@ class Subject(Section):
         "kg",
         30.0,
         200.0,
+        default=None,
         default_words=_of_the_sex("mass"),
         source="adults; default 50th percentile of the sex",
     )
@@ -52,11 +55,10 @@ class Subject(Section):
         return cls.from_table({"sex": sex})
 
     @classmethod
-    def with_defaults(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return `table` with the stature and mass of the sex where they are left out."""
-        sex = table.get("sex", "male")
-        body = MEDIAN_BODY["female" if sex == "female" else "male"]  # a wrong sex is told later
-        return {"sex": sex, **body, **table}
+    def defaults(cls, given: Mapping[str, Any], about: About) -> dict[str, Any]:
+        """Return the sex, and the stature and mass of its median."""
+        sex = given.get("sex", "male")
+        return {**super().defaults(given, about), "sex": sex, **MEDIAN_BODY[sex]}
 
     @property
     def leg_length(self) -> float:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from numbers import Integral
+from dataclasses import replace
 from typing import Any
 
 from human_gait.exceptions import ScenarioError
 from human_gait.scenario.declarations import choice, number
-from human_gait.scenario.schema import Section, section
+from human_gait.scenario.schema import HUMAN, About, Section, section
 
 MIRRORED_CONTROL_POINTS = 6  # per DOF; three of them repeat the first three
 MIRRORED_BY_DEFAULT = 7  # with fewer the ends of the step are too stiff for most walks
@@ -30,7 +30,8 @@ class Discretisation(Section):
         "per DOF",
         5,
         60,
-        default=8,
+        default=12,
+        effort=8,
         source="the paper has 5",
     )
     periodicity: str = choice(
@@ -46,23 +47,26 @@ class Discretisation(Section):
         "per step",
         12,
         400,
-        default=20,
-        default_words=f"20, above {MANY_CONTROL_POINTS} control points two to each spline piece",
+        default=40,
+        effort=20,
+        default_words=f"40, 20 for effort; there, above {MANY_CONTROL_POINTS} control points, "
+        "two to each spline piece",
     )
     dynamics_per_interval: int = number(
         "how often torques and balance are looked at in each interval",
         "instants",
         1,
         8,
-        default=2,
+        default=1,
+        effort=2,
         source="torques and ZMP change faster than the feet move",
     )
 
     @classmethod
     def conflicts(cls, values: Mapping[str, Any]) -> Iterator[ScenarioError]:
         """Yield an error where too few control points are free, or there are too many instants."""
-        intervals = values.get("intervals", cls.intervals)
-        each = values.get("dynamics_per_interval", cls.dynamics_per_interval)
+        intervals = values.get("intervals", 1)
+        each = values.get("dynamics_per_interval", 1)
         if intervals * each > MOST_INSTANTS:
             rule = f"must be at most {MOST_INSTANTS // each} with dynamics_per_interval = {each}"
             yield ScenarioError(cls.dotted("intervals"), rule, intervals)
@@ -72,17 +76,18 @@ class Discretisation(Section):
             yield ScenarioError(cls.dotted("control_points"), rule, n)
 
     @classmethod
-    def with_defaults(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return `table` with what follows from the number of control points.
+    def defaults(cls, given: Mapping[str, Any], about: About) -> dict[str, Any]:
+        """Return the defaults; some follow from the number of control points.
 
         Few are too few to mirror; many need more instants to be held at.
         """
-        n = table.get("control_points", cls.control_points)
-        if not isinstance(n, Integral):
-            return table  # to be told later
-        periodicity = "velocity" if n < MIRRORED_BY_DEFAULT else "acceleration"
-        intervals = cls.intervals if n <= MANY_CONTROL_POINTS else 2 * (min(int(n), 60) - 3)
-        return {"periodicity": periodicity, "intervals": intervals, **table}
+        found = super().defaults(given, about)
+        n = given.get("control_points", found["control_points"])
+        if n < MIRRORED_BY_DEFAULT:
+            found["periodicity"] = "velocity"
+        if n > MANY_CONTROL_POINTS:
+            found["intervals"] = max(found["intervals"], 2 * (n - 3))
+        return found
 
     @property
     def mirrored(self) -> bool:
@@ -107,15 +112,38 @@ class Tolerances(Section):
         "m/s",
         1e-3,
         2.0,
+        default=0.15,
+        effort=0.3,
+        default_words="0.15 x (speed / 1.2 m/s)^2, 0.3 for effort",
+        source="Eq. 24; calibrated",
+    )
+    landing_speed: float = number(
+        "the same for ball and toes of the leading foot while it comes to stand flat",
+        "m/s",
+        1e-3,
+        2.0,
+        default=0.4,
+        effort=0.3,
+        default_words="0.4, for effort as contact_speed; contact_speed at least",
+        source="Eq. 24; calibrated",
+    )
+    toe_off_speed: float = number(
+        "the same for the toe tip of the trailing foot",
+        "m/s",
+        1e-3,
+        2.0,
         default=0.3,
-        source="Eq. 24",
+        effort=0.3,
+        default_words="0.3, for effort as contact_speed; contact_speed at least",
+        source="Eq. 24; calibrated: it sets the time of push-off",
     )
     load_transfer: float = number(
         "how far the weight may be ahead of or behind an even transfer",
         "of the load",
         0.05,
         1.0,
-        default=0.3,
+        default=0.1,
+        effort=0.3,
         source="Eq. 17; 1: in whatever order",
     )
     feet_apart: float = number(
@@ -159,6 +187,17 @@ class Tolerances(Section):
         source="Eq. 27",
     )
 
+    @classmethod
+    def defaults(cls, given: Mapping[str, Any], about: About) -> dict[str, Any]:
+        """Return the defaults; a faster walker's feet come down and leave faster."""
+        found = super().defaults(given, about)
+        if about.formulation == HUMAN:
+            found["contact_speed"] = round(min(0.15 * (about.speed / 1.2) ** 2, 2.0), 4)
+        speed = given.get("contact_speed", found["contact_speed"])
+        for name in ("landing_speed", "toe_off_speed"):
+            found[name] = max(found[name], speed) if about.formulation == HUMAN else speed
+        return found
+
 
 @section
 class Ground(Section):
@@ -178,6 +217,7 @@ class Ground(Section):
         "parallel",
         "least_effort",
         default="pivot",
+        paper="parallel",
         source="parallel: Eq. 17",
     )
     pivot_height: float = number(
@@ -185,8 +225,35 @@ class Ground(Section):
         "statures above the ZMP",
         0.3,
         5.0,
-        default=1.0,
+        default=0.8,
+        effort=1.0,
         source="above the centre of mass: Maus et al. 2010",
+    )
+    pad: float = number(
+        "how deep the part is that carries of a heel, or of toes, that stands alone",
+        "of the foot's length",
+        0.05,
+        0.35,
+        default=0.20,
+        effort=0.11,
+        source="pad of the heel bone: 5 to 6 cm",
+    )
+    loading: tuple[float, float, float] = number(
+        "where the leading foot takes the load: at strike, when flat, at the end of both standing",
+        "of the way from heel to ankle",
+        0.0,
+        1.5,
+        default=(0.40, 0.75, 1.10),
+        effort=(0.22, 0.36, 0.90),
+        source="B of Eq. 17; calibrated",
+    )
+    ball: str = choice(
+        "toes: the ball stands on the toes' segment, that stays when the heel rises; foot: on the rear foot",
+        "toes",
+        "foot",
+        default="toes",
+        effort="foot",
+        source="the axis of the metatarsal heads",
     )
     friction: float = number(
         "coefficient of friction between foot and floor",
@@ -200,10 +267,26 @@ class Ground(Section):
 
 @section
 class Objective(Section):
-    """What the walker minimises."""
+    """What the walker minimises, and the formulation that all other defaults are of.
 
+    ``human``: squared muscle torques, their rates, the work of the fibres, what tissues bear, and a
+    steady trunk and head; joints as far as they turn; contact as measured. ``effort``: squared
+    torques alone, within assumed bounds of the posture. ``paper``: that as printed, Eqs. (17), (18).
+    """
+
+    formulation: str = choice(
+        "what all other settings are by default: human, effort (of versions 0.1 to 0.3) or paper",
+        "human",
+        "effort",
+        "paper",
+        default="human",
+        effort="effort",
+        paper="paper",
+        default_words='"human"',
+        source="paper: Eqs. 17, 18 as printed",
+    )
     kind: str = choice(
-        "the cost: squared joint torques summed over the step",
+        "the term that is always there: squared torques of the muscles",
         "torque_squared",
         default="torque_squared",
         source="Eq. 18",
@@ -215,60 +298,146 @@ class Objective(Section):
         default="none",
         source="none: as in Eq. 18",
     )
+    knee: float = number(
+        "how much squared knee torques count against those of other joints",
+        "",
+        0.05,
+        5.0,
+        default=0.5,
+        effort=1.0,
+        source="calibrated; strength of knee over ankle gives 0.58: Anderson et al. 2007",
+    )
     passive_torques: str = choice(
-        "tissue: what tissues bear costs nothing; none: the whole torque costs",
+        "measured: tissues, with the stiff spine of a loaded trunk; tissue: a softer spine; none: "
+        "the whole torque costs",
+        "measured",
         "tissue",
         "none",
-        default="tissue",
+        default="measured",
+        effort="tissue",
+        paper="none",
         source="none: every torque of Eq. 18 is paid for",
     )
+    passive_cost: float = number(
+        "how much squared torques of tissues cost, against those of muscles",
+        "",
+        0.0,
+        10.0,
+        default=1.0,
+        effort=0.0,
+        source="as much as muscles: assumed",
+    )
+    activation_time: float = number(
+        "how slowly muscles follow their nerves: T in squared torque + T^2 squared rate of torque",
+        "s",
+        0.0,
+        0.5,
+        default=0.04,
+        effort=0.0,
+        source="activation 10-15 ms, deactivation 40-60 ms: Zajac 1989, Thelen 2003",
+    )
+    positive_work: float = number(
+        "what a joule that the fibres of muscles give costs",
+        "N^2 m^2 s/J",
+        0.0,
+        1000.0,
+        default=34.0,
+        effort=0.0,
+        source="metabolic rate of torque against that of work",
+    )
+    negative_work: float = number(
+        "what a joule that the fibres of muscles take up costs",
+        "N^2 m^2 s/J",
+        0.0,
+        1000.0,
+        default=0.0,
+        source="metabolic rate of negative work is small",
+    )
+    tendon_stiffness: float = number(
+        "of the tendon between the fibres and the ankle",
+        "N m/rad",
+        50.0,
+        10000.0,
+        default=350.0,
+        source="Achilles tendon 150-190 N/mm at 45-50 mm",
+    )
+    steady_trunk: tuple[float, float, float] = number(
+        "what the thorax's squared angular velocity costs: forward pitch, side roll, yaw",
+        "N^2 m^2 s^2/rad^2",
+        0.0,
+        1e5,
+        default=(770.0, 600.0, 3000.0),
+        effort=(0.0, 0.0, 0.0),
+        source="calibrated",
+    )
+    steady_head: float = number(
+        "what the head's squared angle from upright costs",
+        "N^2 m^2/rad^2",
+        0.0,
+        1e6,
+        default=1e4,
+        effort=0.0,
+        source="calibrated",
+    )
+
+    @classmethod
+    def defaults(cls, given: Mapping[str, Any], about: About) -> dict[str, Any]:
+        """Return the defaults of the formulation that is given here."""
+        formulation = given.get("formulation", about.formulation)
+        return super().defaults(given, replace(about, formulation=formulation))
 
 
 @section
 class Posture(Section):
     """How far the upper body may depart from upright, with hanging arms, and the swinging knee.
 
-    Eq. 18 alone swings pelvis and spine much further than people do (they: 2 to 5 deg), and the
-    arms like a runner's: a light limb costs next to nothing. A knee that cannot bend by 60 deg, in
-    an orthosis or a cast, has no walk unless ``swing_knee`` is ``free``.
+    In the formulation ``human`` as far as the joints turn. Eq. 18 alone swings pelvis and spine much
+    further than people do (they: 2 to 5 deg), and the arms like a runner's: a light limb costs next
+    to nothing; ``effort`` and ``paper`` bound them. With ``swing_knee`` = ``bent`` a knee that cannot bend by 60 deg, in
+    an orthosis or a cast, has no walk.
     """
 
     pelvis_deg: float = number(
         "how far the pelvis may turn from upright, about each axis",
         "deg",
         0.5,
-        45.0,
-        default=8.0,
-        source="assumed",
+        180.0,
+        default=180.0,
+        effort=8.0,
+        source="effort: assumed",
     )
     spine_deg: float = number(
         "how far each joint of the spine may bend",
         "deg",
         0.5,
-        45.0,
-        default=4.0,
-        source="assumed, each spine joint",
+        180.0,
+        default=180.0,
+        effort=4.0,
+        source="effort: assumed, each spine joint",
     )
     neck_deg: float = number(
         "how far each joint of the neck may bend",
         "deg",
         0.5,
-        45.0,
-        default=5.0,
-        source="assumed, each neck joint",
+        180.0,
+        default=180.0,
+        effort=5.0,
+        source="effort: assumed, each neck joint",
     )
     arms_deg: float = number(
         "how far each joint of the arms may be from hanging",
         "deg",
         0.5,
         180.0,
-        default=20.0,
-        source="assumed, each arm joint",
+        default=180.0,
+        effort=20.0,
+        source="effort: assumed, each arm joint",
     )
     swing_knee: str = choice(
         "bent: the swinging knee bends by 60 deg at mid-swing; free: as far as it likes",
         "bent",
         "free",
-        default="bent",
+        default="free",
+        effort="bent",
         source="bent: Eq. 25",
     )

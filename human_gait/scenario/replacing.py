@@ -7,16 +7,20 @@ from typing import Any
 
 from human_gait import data
 from human_gait.exceptions import ScenarioError
-from human_gait.scenario.schema import Section, gathered, nearest, refuse, unknown
+from human_gait.scenario.schema import About, Section, gathered, nearest, refuse, unknown
 
 
-def changed_table(whole: Section, changes: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+def changed_table(whole: Section, about: About, changes: Iterable[tuple[str, Any]]) -> dict[str, Any]:
     """Return a scenario as a table in which some settings are changed.
+
+    What is as by default is left out: it follows from what is changed.
 
     Parameters
     ----------
     whole : Section
         The scenario.
+    about : About
+        What its defaults follow from.
     changes : pairs of str and value
         Settings by their dotted key, by their own name where only one section has it, or sections.
 
@@ -25,7 +29,7 @@ def changed_table(whole: Section, changes: Iterable[tuple[str, Any]]) -> dict[st
     ScenarioError
         If a key is unknown, could mean several settings or is given twice.
     """
-    table, errors = whole.to_table(), list[ScenarioError]()
+    table, errors = departing(whole, about), list[ScenarioError]()
     found: dict[str, Any] = {}
     for name, value in changes:
         with gathered(errors):
@@ -39,10 +43,22 @@ def changed_table(whole: Section, changes: Iterable[tuple[str, Any]]) -> dict[st
     return table
 
 
+def departing(whole: Section, about: About) -> dict[str, Any]:
+    """Return a scenario as tables without the settings that would be the same if left out."""
+    table = whole.to_table()
+    for name in whole.sections():
+        section: Section = getattr(whole, name)
+        for key in section.kinds():
+            if section.usual(key, about) == getattr(section, key):
+                table[name].pop(key, None)
+    return table
+
+
 def _put(table: dict[str, Any], key: str, value: Any) -> None:
     """Set one value of a table of tables; what is no table there stays, to be refused later."""
     name, dot, setting = key.partition(".")
-    inside = table[name].to_table() if isinstance(table[name], Section) else table[name]
+    found = table.get(name, {})
+    inside = found.to_table() if isinstance(found, Section) else found
     if not dot:
         table[name] = value
     elif isinstance(inside, Mapping):

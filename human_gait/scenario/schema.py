@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import MISSING, dataclass
 from functools import cache
 from typing import (
@@ -28,6 +29,9 @@ from human_gait.scenario.values import allowed_values, checked
 
 S = TypeVar("S")
 
+HUMAN = "human"
+"""The formulation that scenarios have by default."""
+
 SHOWN_NAMES = 10  # the sections of a scenario, or the settings of any one section
 _LONGEST_REPR = 100
 _MOST_UNKNOWN = 50  # of one table: more are no slips, and to look up each takes time
@@ -41,34 +45,106 @@ def section(cls: type[S]) -> type[S]:
     return dataclass(frozen=True, repr=False)(cls)
 
 
+@dataclass(frozen=True)
+class About:
+    """What the defaults of a section follow from in the others of a scenario.
+
+    Attributes
+    ----------
+    formulation : str
+    speed : float, [m/s]
+        Of walking.
+    stature : float, [m]
+    """
+
+    formulation: str = HUMAN
+    speed: float = 1.2
+    stature: float = 1.755
+
+
+ALONE = About()
+"""Of a section that is part of no scenario yet."""
+
+_FIRST = About(formulation="effort")
+
+
 @section
 class Section:
     """A table of settings whose values are checked whenever one is made."""
 
     root: ClassVar[bool] = False
+    _given: ClassVar[frozenset[str]] = frozenset()  # of each instance its own
+
+    def __new__(cls, *args: object, **named: object) -> Self:
+        """Remember which settings are given: what is left out follows from the rest."""
+        new = object.__new__(cls)
+        given = [*list(cls.kinds())[: len(args)], *(n for n in named if named[n] is not None)]
+        object.__setattr__(new, "_given", frozenset(given))
+        return new
 
     def __post_init__(self) -> None:
         """Replace every value by its checked form (an integer becomes a float, a list a tuple)."""
-        values: dict[str, Any] = {}
+        given: dict[str, Any] = {}
         errors: list[ScenarioError] = []
         for name in self.kinds():
-            with gathered(errors):
-                values[name] = self._checked(name, getattr(self, name))
+            if name in self._given:
+                with gathered(errors):
+                    given[name] = self._checked(name, getattr(self, name))
+        values = self._whole(given, self.kinds().keys() - self._given, errors)
         refuse([*errors, *self.conflicts(values)])
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
+    def completed(self, about: About) -> Self:
+        """Return the section with what was left out as it follows from the rest of a scenario.
+
+        Raises
+        ------
+        ScenarioError
+            If that does not fit to what was given.
+        """
+        given = {name: getattr(self, name) for name in self.kinds() if name in self._given}
+        values = {**self.defaults(given, about), **given}
+        refuse([*self.conflicts(values)])
+        whole = copy(self)
+        for name, value in values.items():
+            object.__setattr__(whole, name, value)
+        return whole
+
+    @classmethod
+    def _whole(
+        cls, given: Mapping[str, Any], left_out: Set[str], _errors: list[ScenarioError]
+    ) -> dict[str, Any]:
+        """Return the values that are given and right, and those of the settings left out."""
+        defaults = cls.defaults(given, ALONE)
+        return {**{name: defaults[name] for name in left_out if name in defaults}, **given}
+
+    @classmethod
+    def defaults(cls, _given: Mapping[str, Any], about: About) -> dict[str, Any]:
+        """Return the settings that can be left out, as they then are.
+
+        Parameters
+        ----------
+        given : mapping of str to value
+            The settings that are not.
+        about : About
+            What they follow from in other sections.
+        """
+        defaults = {name: default_of(cls, name, about.formulation) for name in cls.kinds()}
+        return {name: value for name, value in defaults.items() if value is not MISSING}
+
     def __repr__(self) -> str:
         """Return the section as it can be made again, without what is as by default."""
-        shown = [f"{name}={getattr(self, name)!r}" for name in self.kinds() if self._differs(name)]
+        shown = [f"{name}={getattr(self, name)!r}" for name in self.kinds() if self._shown(name)]
         line = f"{type(self).__name__}({', '.join(shown)})"
         if not self.root or len(line) <= _LONGEST_REPR:
             return line
         return "\n    ".join([f"{type(self).__name__}(", *(f"{each}," for each in shown)]) + "\n)"
 
-    def _differs(self, name: str) -> bool:
-        default = default_of(type(self), name)
-        return default is MISSING or getattr(self, name) != default
+    def _shown(self, name: str) -> bool:
+        usual = default_of(type(self), name)
+        own = usual is MISSING or getattr(self, name) != usual or bool(self.rule(name).get("others"))
+        return name in self._given and own
 
     @classmethod
     def dotted(cls, name: str) -> str:
@@ -92,19 +168,24 @@ class Section:
         if not isinstance(table, Mapping):
             raise ScenarioError(cls.__name__.lower(), "must be a table of settings", table)
         errors, meant = cls._unknown_keys(table)
-        values: dict[str, Any] = {}
-        settings = cls.with_defaults(table)
+        given: dict[str, Any] = {}
         for name in cls.kinds():
-            if name in table or name not in meant:
+            if name in table:
                 with gathered(errors):
-                    values[name] = cls._taken(settings, name)
-        refuse([*errors, *cls.conflicts(values)])
-        return cls(**values)
+                    given[name] = cls._checked(name, table[name])
+        left_out = {name for name in cls.kinds() if name not in table}
+        values = cls._whole(given, left_out, errors)
+        for name in cls.kinds():
+            if name in left_out - meant and name not in values:
+                with gathered(errors):
+                    cls._missing(name)
+        refuse([*errors, *cls.conflicts(values)] if errors else [])
+        return cls(**given)
 
-    @classmethod
-    def with_defaults(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return `table` with defaults that depend on other settings; nothing to add here."""
-        return table
+    def usual(self, name: str, about: About) -> Any:
+        """Return what a setting would be if it were left out and the others were given."""
+        others = {key: getattr(self, key) for key in self.kinds() if key != name}
+        return self.defaults(others, about).get(name, MISSING)
 
     @classmethod
     def conflicts(cls, _values: Mapping[str, Any]) -> Iterable[ScenarioError]:
@@ -116,11 +197,13 @@ class Section:
         return {name: _plain(getattr(self, name)) for name in self.kinds()}
 
     def own_table(self) -> dict[str, Any]:
-        """Return what is not as by default: the same for a scenario in all versions to come."""
+        """Return what is not as in the first versions: the same for a scenario in all to come."""
         table = self.to_table()
-        for name in self.kinds():
-            value = getattr(self, name)
-            if not self._differs(name):
+        for name, kind in self.kinds().items():
+            value, default = getattr(self, name), default_of(type(self), name, _FIRST.formulation)
+            if _is_section(kind) and default is not MISSING:
+                default = default.completed(_FIRST)
+            if default is not MISSING and value == default:
                 table.pop(name, None)
             elif isinstance(value, Section):
                 table[name] = value.own_table()
@@ -157,17 +240,13 @@ class Section:
         return errors, {key for name in names for key in nearest(name, known)}
 
     @classmethod
-    def _taken(cls, settings: Mapping[str, Any], name: str) -> Any:
-        """Return the checked value of one setting, given or by default."""
-        if name in settings:
-            return cls._checked(name, settings[name])
-        kind, default = cls.kinds()[name], default_of(cls, name)
+    def _missing(cls, name: str) -> None:
+        """Raise the error for a setting that has to be given; of a section for those inside."""
+        kind = cls.kinds()[name]
         if _is_section(kind):
-            return kind.from_table({})
-        if default is MISSING:
-            needed = allowed_values(kind, cls.rule(name))
-            raise ScenarioError(cls.dotted(name), f"is missing, {needed} is required")
-        return default
+            kind.from_table({})
+        needed = allowed_values(kind, cls.rule(name))
+        raise ScenarioError(cls.dotted(name), f"is missing, {needed} is required")
 
     @classmethod
     def _checked(cls, name: str, value: object) -> Any:
@@ -184,9 +263,12 @@ def _kinds(cls: Any) -> dict[str, Any]:
     return {field.name: hints[field.name] for field in dataclasses.fields(cls)}
 
 
-def default_of(cls: type[Section], name: str) -> Any:
-    """Return the default of a setting, MISSING if it has none."""
+def default_of(cls: type[Section], name: str, formulation: str = HUMAN) -> Any:
+    """Return the default of a setting in one of the formulations, MISSING if it has none."""
     field = cls.__dataclass_fields__[name]
+    others = field.metadata.get("others", {})
+    if formulation in others:
+        return others[formulation]
     return field.default if field.default_factory is MISSING else field.default_factory()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import field
 from typing import Any, ClassVar, Self
 
@@ -17,7 +17,7 @@ from human_gait.scenario.limits import Limits
 from human_gait.scenario.person import Load, Subject
 from human_gait.scenario.problem import Discretisation, Ground, Objective, Posture, Tolerances
 from human_gait.scenario.replacing import changed_table
-from human_gait.scenario.schema import Section, section
+from human_gait.scenario.schema import ALONE, About, Section, gathered, section
 from human_gait.scenario.step import Phases, Walk
 
 STEP_HALF_ANGLE_DEG = 35.0  # hip extension limit 30 deg + rising onto the toes, pelvis rotation
@@ -82,13 +82,41 @@ class Scenario(Section):
             yield ScenarioError("load.position", rule, list(load.position))
 
     @classmethod
-    def with_defaults(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return `table` with a name."""
-        return {"name": UNNAMED, **table}
+    def defaults(cls, given: Mapping[str, Any], about: About) -> dict[str, Any]:
+        """Return a name, and the sections that can be left out."""
+        return {**super().defaults(given, about), "name": UNNAMED}
+
+    @classmethod
+    def _whole(
+        cls, given: Mapping[str, Any], left_out: Set[str], errors: list[ScenarioError]
+    ) -> dict[str, Any]:
+        values = super()._whole(given, left_out, errors)
+        about = about_sections(values)
+        for name in cls.sections():
+            if name in values:
+                with gathered(errors):
+                    values[name] = values[name].completed(about)
+        return values
+
+    @property
+    def about(self) -> About:
+        """What the defaults of the sections follow from."""
+        return about_sections(vars(self))
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> Scenario:
         """Make a scenario from plain tables; inverse of `to_dict`."""
+        return cls.from_table(table)
+
+    @classmethod
+    def from_record(cls, table: Mapping[str, Any]) -> Scenario:
+        """Make the scenario of a result from the tables that are stored with it.
+
+        Those of results that are older than the formulations name none: it is ``effort``.
+        """
+        objective = table.get("objective", {})
+        if isinstance(objective, Mapping):
+            table = {**table, "objective": {"formulation": "effort", **objective}}
         return cls.from_table(table)
 
     def to_dict(self) -> dict[str, Any]:
@@ -116,7 +144,17 @@ class Scenario(Section):
             If a key is unknown or could mean several settings, or the result is not allowed.
         """
         given = [*(changes or {}).items(), *more.items()]
-        return self.from_table(changed_table(self, given))
+        return self.from_table(changed_table(self, self.about, given))
+
+
+def about_sections(values: Mapping[str, Any]) -> About:
+    """Return what the defaults of sections follow from, as far as it is known."""
+    walk, subject, objective = (values.get(name) for name in ("walk", "subject", "objective"))
+    return About(
+        formulation=objective.formulation if objective else ALONE.formulation,
+        speed=walk.speed if walk else ALONE.speed,
+        stature=subject.stature if subject else ALONE.stature,
+    )
 
 
 def _out_of_reach(subject: Subject, walk: Walk) -> Iterator[ScenarioError]:

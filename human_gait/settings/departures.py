@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import MISSING, dataclass
+from dataclasses import MISSING, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from human_gait.body.limits import joint_limits
 from human_gait.body.skeleton import DOF_NAMES, index
 from human_gait.scenario import Scenario
 from human_gait.scenario.limits import Limits, range_rule
-from human_gait.scenario.schema import Section, default_of
+from human_gait.scenario.schema import About, Section
 
 _TASK = ("walk.speed", "walk.step_length", "load.mass", "discretisation.control_points")
 """What is asked for, told beside every result, and how freely it may move: no limits."""
@@ -54,15 +54,13 @@ def departures(scenario: Scenario) -> list[Departure]:
         if isinstance(section, Limits):
             found += _of_joints(scenario)
         elif name != "subject":
-            found += _of_section(section)
+            found += _of_section(section, scenario.about)
     return found
 
 
-def _of_section(section: Section) -> Iterator[Departure]:
-    table = section.to_table()
-    for key, value in table.items():
-        others = {name: each for name, each in table.items() if name != key}
-        default = type(section).with_defaults(others).get(key, default_of(type(section), key))
+def _of_section(section: Section, about: About) -> Iterator[Departure]:
+    for key, value in section.to_table().items():
+        default = section.usual(key, about)
         default = list(default) if isinstance(default, tuple) else default
         if default is not MISSING and value != default and section.dotted(key) not in _TASK:
             yield Departure(section.dotted(key), value, default, section.rule(key).get("unit", ""))
@@ -70,7 +68,7 @@ def _of_section(section: Section) -> Iterator[Departure]:
 
 def _of_joints(scenario: Scenario) -> Iterator[Departure]:
     """Yield joints that are frozen or have a range of their own, beside their usual range."""
-    usual = joint_limits(Scenario(scenario.name, scenario.walk, scenario.subject))
+    usual = joint_limits(replace(scenario, limits=Limits()))
     own = {name: [0.0, 0.0] for name in scenario.limits.frozen}
     own |= {limited.name: [limited.lower, limited.upper] for limited in scenario.limits.ranges}
     for name in sorted(own, key=DOF_NAMES.index):

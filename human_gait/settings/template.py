@@ -103,18 +103,11 @@ def _section(scenario: Scenario, name: str) -> Iterator[str]:
     for setting in settings:
         yield ""
         if setting.key in table:
-            as_usual = not setting.required and _follows(section, setting.key)
+            as_usual = section.usual(setting.key, scenario.about) == getattr(section, setting.key)
             yield from _setting(setting, as_text(table.pop(setting.key)), as_usual)
         else:  # it stands for every key that is left
             yield from _setting(setting, "", as_usual=True)
             yield from [f"{key} = {as_text(value)}" for key, value in table.items()] or [_EXAMPLE]
-
-
-def _follows(section: Section, key: str) -> bool:
-    """Tell whether a setting would be the same if it were left out."""
-    table = section.to_table()
-    del table[key]
-    return type(section).from_table(table) == section
 
 
 def _setting(setting: Setting, value: str, as_usual: bool) -> Iterator[str]:

@@ -8,7 +8,13 @@ from typing import Any
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import N_DOF
+from human_gait.body.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF
+from human_gait.dynamics.second_derivatives import StateHessian
+
+JOINTS = np.arange(6, N_DOF)
+"""Indices of the DOF that have torques: all but the global ones."""
+
+_BY_DOF = ("torque", "torque_second", "passive", "passive_second")
 
 
 @dataclass(frozen=True)
@@ -23,9 +29,8 @@ class Adjoint:
     ----------
     torque, torque_second : (K, 55) array
         By the muscle torques; the second derivatives by each of them, others being none.
-    torque_next : (K, 55) array
-        Second derivatives by a muscle torque and the same one at the next instant; at the last
-        instant of a step that is its own mirror image, the one at the end T of the step.
+    passive, passive_second : (K, 55) array
+        The same by the torques of the tissues.
     ground, ground_second : (K, n) and (K, n, n) array
         By the variables of the ground (`GroundReaction`).
     position, velocity : (K, 2, 4, 3) array
@@ -36,11 +41,18 @@ class Adjoint:
         Rows A of second derivatives A^T A in q, v, a.
     products : list of two (K, r, 165) arrays
         Rows B, C of second derivatives B^T C + C^T B in q, v, a.
+    motion_second : list of StateHessian
+        Second derivatives by q and v.
+    pairs : list of two (K, r, 165) arrays
+        Rows D of an instant and E of the next one of second derivatives D^T E + E^T D; after the
+        last instant of a step that is its own mirror image comes T, in the state of the first one
+        (`at_next`). Of any other step there are K - 1.
     """
 
     torque: FloatArray
     torque_second: FloatArray
-    torque_next: FloatArray
+    passive: FloatArray
+    passive_second: FloatArray
     ground: FloatArray
     ground_second: FloatArray
     position: FloatArray
@@ -48,12 +60,14 @@ class Adjoint:
     posture_second: FloatArray
     squares: list[FloatArray] = field(default_factory=list)
     products: list[tuple[FloatArray, FloatArray]] = field(default_factory=list)
+    motion_second: list[StateHessian] = field(default_factory=list)
+    pairs: list[tuple[FloatArray, FloatArray]] = field(default_factory=list)
 
     @classmethod
     def none(cls, K: int, n: int) -> Adjoint:
         """Return an adjoint to add to, all zero, where the ground has n variables."""
         shapes = {
-            **dict.fromkeys(("torque", "torque_second", "torque_next"), (N_DOF,)),
+            **dict.fromkeys(_BY_DOF, (N_DOF,)),
             "ground": (n,),
             "ground_second": (n, n),
             **dict.fromkeys(("position", "velocity"), (2, 4, 3)),
@@ -61,3 +75,15 @@ class Adjoint:
         }
         zeros: dict[str, Any] = {name: np.zeros((K, *shape)) for name, shape in shapes.items()}
         return cls(**zeros)
+
+
+def at_next(values: FloatArray, mirrored: bool) -> FloatArray:
+    """Return a quantity of each DOF (K, 55, ...) at the next instants.
+
+    A step that is its own mirror image (Eq. 26) ends with the image of its beginning; of any other
+    its last instant has no next one: there are K - 1.
+    """
+    if not mirrored:
+        return values[1:]
+    sign = MIRROR_SIGN.reshape(-1, *[1] * (values.ndim - 2))
+    return np.concatenate([values[1:], (sign * values[0, MIRROR_INDEX])[None]])

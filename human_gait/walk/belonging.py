@@ -122,7 +122,7 @@ def _contradiction(summary: Mapping[str, Any], gait: Gait) -> str:
 
 def _is_of(table: Mapping[str, Any], scenario: Scenario) -> bool:
     try:
-        return Scenario.from_dict(table).own_table() == scenario.own_table()
+        return Scenario.from_record(table).own_table() == scenario.own_table()
     except ScenarioError:
         return False
 

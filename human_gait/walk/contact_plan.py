@@ -25,10 +25,10 @@ HEEL, BALL_MEDIAL, BALL_LATERAL, TOE = range(4)
 
 # Where double support hands the load over (points A and B of Eq. 17), from its start to its end.
 # The paper takes the middle joints of the feet. A foot that stands on its heel alone cannot carry
-# at its middle joint: here A moves under the toes, B from the heel towards the ankle.
+# at its middle joint: here A moves under the toes, B from the heel towards the ankle, as the
+# scenario has it (`ground.loading`).
 _TRAILING = (0.15, 0.75, 0.85)  # from ball to toe tip: at strike, ball off and the end
-_LEADING = (0.22, 0.36, 0.90)  # from heel to ankle: at strike, foot flat and the end
-_PAD = 0.11  # of the foot's length: what carries of a heel or of toes that stand alone
+_LANDING = 0.05  # of the step: how long a foot that has come down flat still settles
 _AROUND = [0, 1, 2, 2, 1, 0]  # heel, ball or toes: the part that each corner of the outline is of
 _BALL_CORNERS = [1, 4]
 
@@ -82,6 +82,11 @@ class ContactPlan:
         """How far the forces of both feet lean towards each other, per distance, [1/m]."""
         self.least_effort = scenario.ground.sharing == "least_effort"
         """Whether they lean as takes the muscles least: more or less than `spread`."""
+        self.tolerances = scenario.tolerances
+        self.loading = scenario.ground.loading
+        """Where the leading foot takes the load, from heel to ankle: at strike, flat, at the end."""
+        self.pad = scenario.ground.pad
+        """Depth of what carries of a heel or of toes that stand alone, of the foot's length."""
         self.margin = scenario.tolerances.zmp_margin
         self.friction = scenario.ground.friction
         self.weight = body.total_mass * GRAVITY
@@ -119,6 +124,19 @@ class ContactPlan:
         touching[:, LEFT, BALL_MEDIAL:] = (s >= phases.foot_flat)[:, None]
         return touching
 
+    def allowed_speed(self, times: FloatArray) -> FloatArray:
+        """Return how fast each contact point that stands may move, (K, 2, 4), [m/s], Eq. (24).
+
+        Ball and toes of the leading foot still roll while it comes to stand flat, and the toe tip
+        of the trailing foot rolls off.
+        """
+        s, flat, tolerances = self.fraction(times), self.phases.foot_flat, self.tolerances
+        allowed = np.full((len(s), 2, 4), tolerances.contact_speed)
+        landing = (flat <= s) & (s < flat + _LANDING)
+        allowed[landing, LEFT, BALL_MEDIAL:] = tolerances.landing_speed
+        allowed[:, RIGHT, TOE] = tolerances.toe_off_speed
+        return allowed
+
     def pressure_region(self, times: FloatArray) -> FloatArray:
         """Return the bounds (K, 2, 2, 2) of each foot's centre of pressure, [m].
 
@@ -132,7 +150,7 @@ class ContactPlan:
             breadth = self.feet[f].half_breadth - self.margin
             region[:, f, :, 0] = self.ankles[f, 0] + np.array([-breadth, breadth])
         trailing = self.feet[RIGHT]
-        on_toes = trailing.toe - _PAD * trailing.length
+        on_toes = trailing.toe - self.pad * trailing.length
         region[:, RIGHT, 0, 1] = np.where(s <= self.phases.ball_off, trailing.ball, on_toes)
         region[:, RIGHT, 1, 1] = trailing.toe - self.margin
         region[:, LEFT, 0, 1] = self._rear(s)
@@ -148,7 +166,7 @@ class ContactPlan:
     def _front(self, s: FloatArray) -> FloatArray:
         foot = self.feet[LEFT]
         flat = s >= self.phases.foot_flat
-        return np.where(flat, foot.toe - self.margin, foot.heel + _PAD * foot.length)
+        return np.where(flat, foot.toe - self.margin, foot.heel + self.pad * foot.length)
 
     def transfer_points(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the points A (trailing) and B (leading) of Eq. (17), each (K, 3), [m]."""
@@ -156,7 +174,7 @@ class ContactPlan:
         trailing, leading = self.feet[RIGHT], self.feet[LEFT]
         A, B = (np.tile(ankle, (len(s), 1)) for ankle in self.ankles)
         under_toes = np.interp(s, [0.0, phases.ball_off, phases.double_support], _TRAILING)
-        ahead = np.interp(s, [0.0, phases.foot_flat, phases.double_support], _LEADING)
+        ahead = np.interp(s, [0.0, phases.foot_flat, phases.double_support], self.loading)
         A[:, 2] += trailing.ball + under_toes * (trailing.toe - trailing.ball)
         B[:, 2] += leading.heel * (1.0 - ahead)
         return A, B
@@ -191,7 +209,7 @@ class ContactPlan:
 
         The outline goes round the sole: heel, ball and toes of one side, then toes, ball and heel
         of the other. What touches gives its two corners. Heel or toes alone would be a line: they
-        carry on a pad, `_PAD` of the foot's length deep, whose other two corners lie on the edges
+        carry on a pad, `pad` of the foot's length deep, whose other two corners lie on the edges
         of the sole towards the ball.
         """
         foot, ball = self.feet[f], touching[BALL_MEDIAL]
@@ -199,7 +217,7 @@ class ContactPlan:
         corners = foot.outline[down[_AROUND]]
         if down.any() and not ball:
             to_ball = foot.outline[_BALL_CORNERS] - corners
-            part = _PAD * foot.length / np.abs(to_ball[:, 2:])  # of the way, whose length is in z
+            part = self.pad * foot.length / np.abs(to_ball[:, 2:])  # of the way, whose length is in z
             corners = np.concatenate([corners, corners + part * to_ball])
         return np.asarray((self.ankles[f] + corners)[:, [0, 2]])
 

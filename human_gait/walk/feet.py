@@ -40,13 +40,14 @@ class FootMotion(Value):
 
 
 class Feet:
-    """The contact points of one body, on the links that carry them."""
+    """The contact points of one body, on the links that carry them; `ball` as `Links.standing`."""
 
-    def __init__(self, body: Body) -> None:
-        to_dh = link_to_dh(body.table)[body.contact.links]
-        points = np.concatenate([body.contact.points, np.ones((2, 4, 1))], axis=-1)
+    def __init__(self, body: Body, ball: str = "foot") -> None:
+        contact = body.standing(ball)
+        to_dh = link_to_dh(body.table)[contact.links]
+        points = np.concatenate([contact.points, np.ones((2, 4, 1))], axis=-1)
         self._points = np.einsum("fpij,fpj->fpi", to_dh, points)
-        self._on_toes = body.contact.links == FOOT_LINKS[:, 1:]
+        self._on_toes = contact.links == FOOT_LINKS[:, 1:]
 
     def motion(self, dynamics: InverseDynamics, v: FloatArray) -> tuple[FootMotion, FootMotion]:
         """Return the motion of the right and of the left foot, velocities v (K, 55)."""

@@ -221,6 +221,12 @@ def constrained_grid(scenario: Scenario) -> tuple[FloatArray, FloatArray]:
     return times, spacing
 
 
+def instant_spacing(scenario: Scenario) -> float:
+    """Return the time from one instant of the constrained grid to the next, [s]."""
+    grid = scenario.discretisation
+    return scenario.walk.step_time / (grid.intervals * grid.dynamics_per_interval)
+
+
 def samples(now: Instants, times: FloatArray) -> Samples:
     """Return instants as plain arrays without partials, stamped with `times`."""
     pressure = [point.value for point in now.ground.pressure]

@@ -202,7 +202,7 @@ def _altered(file: Mapping[str, Any]) -> tuple[str, ...] | None:
 
 
 def _gait(file: Mapping[str, Any]) -> Gait:
-    scenario, solution = Scenario.from_dict(told(file, "scenario")), told(file, "solution")
+    scenario, solution = Scenario.from_record(told(file, "scenario")), told(file, "solution")
     if wrong := next(faults(solution, SOLUTION_SHAPE, "solution"), ""):
         raise ValueError(wrong)
     breaks, control_points = (numbers(file, name) for name in ("breaks", "control_points"))

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from human_gait.arrays import FloatArray
+from human_gait.body.dh import frames
 from human_gait.body.limits import torque_weights
 from human_gait.body.person import make_body
-from human_gait.body.skeleton import N_DOF
+from human_gait.body.skeleton import N_DOF, SEGMENTS
 from human_gait.dynamics.carried_load import CarriedForce
 from human_gait.dynamics.inverse_dynamics import CHAINS, ROOT, InverseDynamics, make_dynamics
 from human_gait.dynamics.jet import Linearised
 from human_gait.dynamics.second_derivatives import StateHessian, TreeCurvature
-from human_gait.dynamics.tissues import PassiveJoints
+from human_gait.dynamics.tissues import PassiveJoints, no_torque
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.contact_plan import ContactPlan
@@ -40,10 +42,14 @@ class Instants:
     q, v, a : (K, 55) array
     torque : Linearised (K, 55), [N m], [N]
         Joint torques with the ground reaction: what muscles and tissues give together.
+    passive_torque : Linearised (K, 55), [N m]
+        What tissues give of it.
     muscle_torque : Linearised (K, 55), [N m]
         The part that the muscles give: `torque` without the passive torques.
     ground : GroundReaction
     feet : FootMotion of the right and of the left foot
+    head : (K, 3, 3) array
+        How the head is turned from upright.
     lean : Lean, or None
         By least effort.
     """
@@ -54,9 +60,11 @@ class Instants:
     v: FloatArray
     a: FloatArray
     torque: Linearised
+    passive_torque: Linearised
     muscle_torque: Linearised
     ground: GroundReaction
     feet: tuple[FootMotion, FootMotion]
+    head: FloatArray
     lean: Lean | None = None
 
 
@@ -74,15 +82,15 @@ class SecondDerivatives:
         A, for the squares of the torques and of own terms.
     left, right : (K, r, 165) array
         B and C, for products with the variables of the ground and of own terms.
-    pairs : two (K, 55, 165) arrays, or None
-        D and E, for products of torques with those of the next instant.
+    pairs : list of two (K, r, 165) arrays
+        D and E, for products with what is at the next instant (`Adjoint.pairs`).
     """
 
     direct: StateHessian
     rows: FloatArray
     left: FloatArray
     right: FloatArray
-    pairs: tuple[FloatArray, FloatArray] | None = None
+    pairs: Sequence[tuple[FloatArray, FloatArray]] = ()
 
     def dense(self) -> FloatArray:
         """Return those at the instants as matrices (K, 165, 165)."""
@@ -106,11 +114,12 @@ class Walker:
         self.plan = ContactPlan(scenario, self.body)
         self._dynamics = make_dynamics(self.body, dynamics)
         self._curvature = TreeCurvature(self.body.table, self.body.pseudo_inertia())
-        self._feet = Feet(self.body)
+        self._feet = Feet(self.body, scenario.ground.ball)
         self._carried = CarriedForce(self.body) if scenario.load.model == "force" else None
+        self._upright = frames(self.body.table, np.zeros(N_DOF))[1][SEGMENTS["head"], :3, :3]
         self._weights = torque_weights(scenario)
-        pays_for_all = scenario.objective.passive_torques == "none"
-        self._passive = None if pays_for_all else PassiveJoints()
+        kind = scenario.objective.passive_torques
+        self._passive = None if kind == "none" else PassiveJoints(kind)
 
     def at(self, t: FloatArray, q: FloatArray, v: FloatArray, a: FloatArray) -> Instants:
         """Return what is known at the times t (K,) in [0, T] of the motion q, v, a (K, 55)."""
@@ -119,15 +128,17 @@ class Walker:
             dynamics = self._carried.added(dynamics, q)
         ground = ground_reaction(dynamics, self.plan, t)
         torque, lean = joint_torques(dynamics, ground), None
-        muscle_torque = torque - self._passive.torque(q, v) if self._passive else torque
+        passive = self._passive.torque(q, v) if self._passive else no_torque(q)
+        muscle_torque = torque - passive
         if self.plan.least_effort:
             lean = least_effort(dynamics, self.plan, t, ground, muscle_torque, self._weights)
             ground = lean.leaning(ground)
             lean.add_to(torque)
-            if self._passive:  # else they are the same
-                lean.add_to(muscle_torque)
+            lean.add_to(muscle_torque)
         feet = self._feet.motion(dynamics, v)
-        return Instants(t, dynamics, q, v, a, torque, muscle_torque, ground, feet, lean)
+        head = frames(self.body.table, q)[1][:, SEGMENTS["head"], :3, :3] @ self._upright.T
+        torques = torque, passive, muscle_torque
+        return Instants(t, dynamics, q, v, a, *torques, ground, feet, head, lean)
 
     def second_derivatives(self, now: Instants, adjoint: Adjoint) -> SecondDerivatives:
         """Return the second derivatives of a weighted sum in q, v, a.
@@ -144,7 +155,7 @@ class Walker:
         qq, qv, qa, vv = self._curvature.hessian((now.q, now.v, now.a), dynamics.axes, *weights)
         qq += own + adjoint.posture_second
         if self._passive:
-            qq -= self._passive.hessian(now.q, adjoint.torque)
+            qq += self._passive.hessian(now.q, adjoint.passive - adjoint.torque)
         if self._carried:
             qq += self._carried.hessian(now.q, dynamics.axes, *weights)
         for f, chain in enumerate(CHAINS):
@@ -152,7 +163,12 @@ class Walker:
             by_qq, by_qv = self._feet.hessian(dynamics, now.feet[f], now.v, f, *weights)
             qq[:, chain[:, None], chain] += by_qq
             qv[:, chain[:, None], chain] += by_qv
-        J, y = now.muscle_torque.partials, now.ground.variables.partials
+        hessian = StateHessian(qq, qv, qa, vv)
+        for part in (*_of_passive(now, adjoint), *adjoint.motion_second):
+            for whole, added in zip(hessian, part, strict=True):
+                whole += added
+        squared, (negative, torques) = _of_torques(now, adjoint)
+        y = now.ground.variables.partials
         half = adjoint.ground_second @ y / 2
         half[:, :, :N_DOF] += mixed.swapaxes(1, 2)
         if of_lean:
@@ -162,12 +178,31 @@ class Walker:
             qq[k] += by_q + by_q.swapaxes(1, 2)
             qv[k] += by_v
             qa[k] += by_a
-        counting = np.flatnonzero(adjoint.torque_second.any(axis=0))
-        counting = counting[counting >= len(ROOT)]
-        squared = J[:, counting] * np.sqrt(adjoint.torque_second[:, counting, None])
         rows = np.concatenate([squared, *adjoint.squares], axis=1)
-        left = np.concatenate([half, *(B for B, _ in adjoint.products)], axis=1)
-        right = np.concatenate([y, *(C for _, C in adjoint.products)], axis=1)
-        coupled = adjoint.torque_next
-        pairs = (coupled[..., None] * J, J) if coupled.any() else None
-        return SecondDerivatives(StateHessian(qq, qv, qa, vv), rows, left, right, pairs)
+        left = np.concatenate([half, negative, *(B for B, _ in adjoint.products)], axis=1)
+        right = np.concatenate([y, torques, *(C for _, C in adjoint.products)], axis=1)
+        return SecondDerivatives(hessian, rows, left, right, adjoint.pairs)
+
+
+def _of_torques(
+    now: Instants, adjoint: Adjoint
+) -> tuple[FloatArray, tuple[FloatArray, FloatArray]]:
+    """Return rows of the squares of the muscle torques, and of the products of negative ones."""
+    J, second = now.muscle_torque.partials, adjoint.torque_second
+    joints = np.arange(len(ROOT), N_DOF)
+    below = joints[(second[:, joints] < 0.0).any(axis=0)]
+    counting = joints[(second[:, joints] > 0.0).any(axis=0)]
+    squared = J[:, counting] * np.sqrt(np.maximum(second[:, counting, None], 0.0))
+    negative = J[:, below] * np.minimum(second[:, below, None], 0.0) / 2.0
+    return squared, (negative, J[:, below])
+
+
+def _of_passive(now: Instants, adjoint: Adjoint) -> list[StateHessian]:
+    """Return the second derivatives J^T w J of squares of the torques of tissues, if they count."""
+    weight = adjoint.passive_second[:, :, None]
+    if not weight.any():
+        return []
+    by_q, by_v = now.passive_torque.partials[..., :N_DOF], now.passive_torque.partials[..., N_DOF:]
+    by_v = by_v[..., :N_DOF]
+    qq, qv, vv = (one.swapaxes(1, 2) @ (weight * other) for one, other in ((by_q, by_q), (by_q, by_v), (by_v, by_v)))
+    return [StateHessian(qq, qv, np.zeros_like(qq), vv)]
