@@ -56,7 +56,7 @@ LEGS = np.concatenate([chain[len(ROOT) :] for chain in CHAINS])
 """Indices of the 14 joints of the legs, right then left."""
 
 _LEAN = 6  # its place among the variables of the ground
-_HOLD = 0.2  # sqrt(r) in weight times the square of the step length
+_HOLD = 0.3  # sqrt(r) in weight times the square of the step length
 
 
 @dataclass(frozen=True, eq=False)
