@@ -17,6 +17,9 @@ SCENARIOS = {
     ),
     "the paper's five control points": scenario(control_points=5, periodicity="velocity"),
     "a backpack as a force": scenario(control_points=6, load=BACKPACK | {"model": "force"}),
+    "feet that lean by least effort": scenario(
+        control_points=6, ground={"sharing": "least_effort"}, phases={"double_support": 0.3}
+    ),
     "uneven grid and phases": scenario(
         control_points=8, intervals=13, phases={"double_support": 0.21, "heel_off": 0.7}
     ),

@@ -136,10 +136,13 @@ def test_of_passive_torques(state):
     assert_slopes(passive.hessian(state[0], weights), gradient, state[0])
 
 
-def test_a_walker_adds_them_up():
+@pytest.mark.parametrize("sharing", ["pivot", "least_effort"])
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_walker_adds_them_up(sharing, engine):
     """The squared muscle torques at single instants; the constraints are tested in the program."""
-    program = build_program(CARRIED)
-    walker, now = Walker(CARRIED), program.instants(near_walk(program))
+    task = CARRIED.replace({"ground": {"sharing": sharing}})
+    program = build_program(task, dynamics=engine)
+    walker, now = Walker(task, engine), program.instants(near_walk(program))
     spacing, weights = np.full(len(now.t), 0.1), RNG.uniform(1, 2, 55)
 
     def gradient(x):
@@ -147,7 +150,7 @@ def test_a_walker_adds_them_up():
         weight = 2.0 * 0.1 * weights * at.muscle_torque.value
         return np.einsum("ki,kis->ks", weight, at.muscle_torque.partials)
 
-    adjoint = Adjoint.none(len(now.t))
+    adjoint = Adjoint.none(*now.ground.variables.value.shape)
     squared_torque(weights).add_to_adjoint(now, spacing, 1.0, adjoint)
     x = np.concatenate([now.q, now.v, now.a], axis=1)
     assert_slopes(walker.second_derivatives(now, adjoint).dense(), gradient, x)

@@ -1,6 +1,7 @@
 """What the ground can give: Eqs. (17), (22) and, where a scenario needs it, friction.
 
-All rows are functions of the wrench of the ground alone.
+All rows are functions of the variables of the ground alone: its wrench and, by least effort, how
+far the forces of the feet lean.
 """
 
 from __future__ import annotations
@@ -86,7 +87,7 @@ def zmp_stability(plan: ContactPlan, times: FloatArray) -> Constraint:
         for _ in k
         for edge in two
     ]
-    return _of_wrench(ZMP_STABILITY, "m", 0.0, k, np.array(words), rows)
+    return _of_ground(ZMP_STABILITY, "m", 0.0, k, np.array(words), rows)
 
 
 def load_transfer(scenario: Scenario, plan: ContactPlan, times: FloatArray) -> Constraint:
@@ -109,7 +110,7 @@ def load_transfer(scenario: Scenario, plan: ContactPlan, times: FloatArray) -> C
         return [(share - least) * push, (most - share) * push]
 
     what = np.repeat(["left foot loaded too late", "left foot loaded too early"], len(k))
-    return _of_wrench(LOAD_TRANSFER, "of the load", 0.0, np.tile(k, 2), what, rows)
+    return _of_ground(LOAD_TRANSFER, "of the load", 0.0, np.tile(k, 2), what, rows)
 
 
 def ground_pushes(times: FloatArray, plan: ContactPlan) -> Constraint:
@@ -120,7 +121,7 @@ def ground_pushes(times: FloatArray, plan: ContactPlan) -> Constraint:
         return [ground.force[:, 1] / weight]
 
     what = same_words(k, "vertical force, both feet")
-    return _of_wrench(GROUND_PUSHES, "body weight", 0.1, k, what, rows)
+    return _of_ground(GROUND_PUSHES, "body weight", 0.1, k, what, rows)
 
 
 def sliding_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
@@ -137,7 +138,7 @@ def sliding_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
 
     k = np.concatenate([k for _, k in feet])
     what = np.array([f"{SIDES_IN_WORDS[f]} foot, horizontal force" for f, k in feet for _ in k])
-    return _of_wrench(SLIDING_FRICTION, "body weight", 0.0, k, what, rows)
+    return _of_ground(SLIDING_FRICTION, "body weight", 0.0, k, what, rows)
 
 
 def turning_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
@@ -150,7 +151,7 @@ def turning_friction(plan: ContactPlan, times: FloatArray) -> Constraint:
         return [(most - moment) / weight, (most + moment) / weight]
 
     what = np.repeat(["vertical moment, to the left", "vertical moment, to the right"], len(k))
-    return _of_wrench(TURNING_FRICTION, "m", 0.0, np.tile(k, 2), what, rows)
+    return _of_ground(TURNING_FRICTION, "m", 0.0, np.tile(k, 2), what, rows)
 
 
 def _least_radius(plan: ContactPlan, times: FloatArray) -> FloatArray:
@@ -175,18 +176,18 @@ def _twice(share: Jet) -> Jet:
     return share[:, None][:, [0, 0]]
 
 
-def _of_wrench(
+def _of_ground(
     demand: Demand, unit: str, least: float, k: IntArray, what: Words, rows: RowsOfGround
 ) -> Constraint:
     """Return the constraint that quantities r of the ground reaction are at least so much.
 
-    They depend on the motion x = (q, v, a) through the wrench F of the ground alone, so that
+    They depend on the motion x = (q, v, a) through the variables y of the ground alone, so that
 
-        dr/dx = dr/dF dF/dx,
+        dr/dx = dr/dy dy/dx,
 
-    and with multipliers m the Lagrangian has the slopes m dr/dF and m d2r/dF2 in the wrench; the
-    adjoint carries them on (`Walker.second_derivatives`). At one instant F is the same for all of
-    its rows: their slopes add up.
+    and with multipliers m the Lagrangian has the slopes m dr/dy and m d2r/dy2; the adjoint carries
+    them on (`Walker.second_derivatives`). At one instant y is the same for all of its rows: their
+    slopes add up.
 
     Parameters
     ----------
@@ -198,14 +199,14 @@ def _of_wrench(
 
     def evaluate(now: Instants) -> Residual:
         r = _flat(rows(now.ground))
-        dF_dx = now.ground.wrench.partials[k]  # (r, 6, 165)
-        dr_dx = (r.partials[:, None] @ dF_dx)[:, 0]
+        dy_dx = now.ground.variables.partials[k]  # (r, n, 165)
+        dr_dx = (r.partials[:, None] @ dy_dx)[:, 0]
         return Residual(r.value, *np.split(dr_dx, 3, axis=1))
 
     def to_adjoint(now: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
         r = _flat(rows(now.ground))
-        np.add.at(adjoint.wrench, k, multipliers[:, None] * r.partials)
-        np.add.at(adjoint.wrench_second, k, multipliers[:, None, None] * r.second)
+        np.add.at(adjoint.ground, k, multipliers[:, None] * r.partials)
+        np.add.at(adjoint.ground_second, k, multipliers[:, None, None] * r.second)
 
     lower = np.full(len(k), least)
     return Constraint(
@@ -222,9 +223,10 @@ def _of_wrench(
 
 
 def _flat(jets: list[Jet]) -> Jet:
-    """Return jets of the wrench one after the other as one (r,)."""
+    """Return jets of the variables of the ground one after the other as one (r,)."""
+    n = jets[0].partials.shape[-1]
     return Jet(
         np.concatenate([jet.value.ravel() for jet in jets]),
-        np.concatenate([jet.partials.reshape(-1, 6) for jet in jets]),
-        np.concatenate([jet.second.reshape(-1, 6, 6) for jet in jets]),
+        np.concatenate([jet.partials.reshape(-1, n) for jet in jets]),
+        np.concatenate([jet.second.reshape(-1, n, n) for jet in jets]),
     )

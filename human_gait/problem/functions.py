@@ -102,7 +102,7 @@ class WalkFunctions:
         Of the sum of terms times factors and of rows of constraints times multipliers.
         """
         now = self.instants(free)
-        adjoint = Adjoint.none(len(self.times))
+        adjoint = Adjoint.none(*now.ground.variables.value.shape)
         for term, factor in terms:
             term.add_to_adjoint(now, self.spacing, factor, adjoint)
         for constraint, multipliers in constraints:

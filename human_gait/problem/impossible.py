@@ -168,7 +168,7 @@ def _slope(scenario: Scenario, walker: Walker) -> Iterator[Suggestion]:
     tolerance = scenario.tolerances.load_transfer
     least_share = tolerance + _LOADED
     both = plan.double_support(t) & (shared > least_share) & (shared < 1.0 - least_share)
-    if not both.any() or plan.spread == 0.0:
+    if not both.any() or plan.spread == 0.0 or plan.least_effort:
         return
     A, B = (point[both] for point in plan.transfer_points(t))
     apart = float(np.linalg.norm(B - A, axis=1).max())

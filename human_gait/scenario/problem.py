@@ -207,13 +207,17 @@ class Ground(Section):
 
     ``parallel`` is Eq. (17) as printed: both feet push in the direction of the sum. With ``pivot``
     they push towards one point above the ZMP, as people do: Eq. (17) and a force along the line
-    between the feet that cancels in the sum.
+    between the feet that cancels in the sum. With ``least_effort`` that force is at every instant
+    the one that takes the least squared torque of the legs' muscles; ``pivot_height`` then holds
+    where one foot has hardly any load.
     """
 
     sharing: str = choice(
-        "pivot: both feet push towards one point; parallel: both in the same direction",
+        "pivot: both feet push towards one point; parallel: both in the same direction; "
+        "least_effort: as takes the muscles of the legs least",
         "pivot",
         "parallel",
+        "least_effort",
         default="pivot",
         paper="parallel",
         source="parallel: Eq. 17",

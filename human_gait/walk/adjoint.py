@@ -31,8 +31,8 @@ class Adjoint:
         By the muscle torques; the second derivatives by each of them, others being none.
     passive, passive_second : (K, 55) array
         The same by the torques of the tissues.
-    wrench, wrench_second : (K, 6) and (K, 6, 6) array
-        By the wrench of the ground about the world's origin.
+    ground, ground_second : (K, n) and (K, n, n) array
+        By the variables of the ground (`GroundReaction`).
     position, velocity : (K, 2, 4, 3) array
         By position and velocity of the contact points, on which everything depends linearly.
     posture_second : (K, 55, 55) array
@@ -53,8 +53,8 @@ class Adjoint:
     torque_second: FloatArray
     passive: FloatArray
     passive_second: FloatArray
-    wrench: FloatArray
-    wrench_second: FloatArray
+    ground: FloatArray
+    ground_second: FloatArray
     position: FloatArray
     velocity: FloatArray
     posture_second: FloatArray
@@ -64,12 +64,12 @@ class Adjoint:
     pairs: list[tuple[FloatArray, FloatArray]] = field(default_factory=list)
 
     @classmethod
-    def none(cls, K: int) -> Adjoint:
-        """Return an adjoint to add to, all zero."""
+    def none(cls, K: int, n: int) -> Adjoint:
+        """Return an adjoint to add to, all zero, where the ground has n variables."""
         shapes = {
             **dict.fromkeys(_BY_DOF, (N_DOF,)),
-            "wrench": (6,),
-            "wrench_second": (6, 6),
+            "ground": (n,),
+            "ground_second": (n, n),
             **dict.fromkeys(("position", "velocity"), (2, 4, 3)),
             "posture_second": (N_DOF, N_DOF),
         }

@@ -78,8 +78,10 @@ class ContactPlan:
     def __init__(self, scenario: Scenario, body: Body) -> None:
         self.walk, self.phases = scenario.walk, scenario.phases
         height = scenario.ground.pivot_height * scenario.subject.stature
-        self.spread = 1.0 / height if scenario.ground.sharing == "pivot" else 0.0
+        self.spread = 0.0 if scenario.ground.sharing == "parallel" else 1.0 / height
         """How far the forces of both feet lean towards each other, per distance, [1/m]."""
+        self.least_effort = scenario.ground.sharing == "least_effort"
+        """Whether they lean as takes the muscles least: more or less than `spread`."""
         self.tolerances = scenario.tolerances
         self.loading = scenario.ground.loading
         """Where the leading foot takes the load, from heel to ankle: at strike, flat, at the end."""

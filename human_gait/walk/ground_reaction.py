@@ -14,7 +14,7 @@ exactly R at the ZMP, and the global DOF stay free of torque.
 Forces along AB, h on the trailing foot and -h on the leading one, cancel. Eq. (17) has none: both
 feet then push in parallel, and the hips have to hold the legs against each other. People's forces
 meet near a point above the centre of mass (Maus et al. 2010, Nat Commun 1:70). Forces meet at the
-height H above the ZMP if h = l1 l2 R_y (B - A) / H.
+height H above the ZMP if h = l1 l2 R_y (B - A) / H. `least_effort` finds 1/H from the torques.
 """
 
 from __future__ import annotations
@@ -42,17 +42,24 @@ from human_gait.walk.contact_plan import LEFT, RIGHT, ContactPlan
 _ROUNDING = 0.04  # of the way from A to B: where the share bends smoothly into 0 and 1
 _TOE_BLEND = (-0.010, 0.020)  # [m] ahead of the metatarsal heads: from the rear foot to the toes
 
+LOADED = tuple((chain[:-1], chain) for chain in CHAINS)
+"""Indices of the DOF that carry a load on the rear foot and one on the toes: right, left."""
+
+OnLinks = tuple[tuple[Jet, Jet], tuple[Jet, Jet]]
+"""Wrenches (K, 6) about the world's origin on rear foot and toes of the right and the left foot."""
+
 
 @dataclass(frozen=True, eq=False)
 class GroundReaction(Value):
     """What the ground does to the feet at K instants.
 
-    Everything is a function of the wrench; the derivatives of the jets are those in its six parts.
+    Everything is a function of few variables; the derivatives of the jets are those in them.
 
     Attributes
     ----------
-    wrench : Linearised (K, 6), [N], [N m]
-        All that the ground has to give, about the world's origin, with partials in q, v, a.
+    variables : Linearised (K, n), [N], [N m], [1/m]
+        The wrench, all that the ground has to give about the world's origin, n = 6; by least effort
+        also how far the forces of the feet lean, n = 7. Partials are in q, v, a.
     force : Jet (K, 3), [N]
         R, all that the ground carries.
     zmp : Jet (K, 2), [m]
@@ -71,7 +78,7 @@ class GroundReaction(Value):
         The wrenches on rear foot and toes of the right and of the left foot.
     """
 
-    wrench: Linearised
+    variables: Linearised
     force: Jet
     zmp: Jet
     yaw_moment: Jet
@@ -79,12 +86,12 @@ class GroundReaction(Value):
     pressure: tuple[Jet, Jet]
     wrenches: tuple[Jet, Jet]
     toe_share: tuple[Jet, Jet]
-    on_links: tuple[tuple[Jet, Jet], tuple[Jet, Jet]]
+    on_links: OnLinks
 
     def in_state(self, quantity: Jet) -> Linearised:
         """Return one of the quantities (K, ...) with partials in q, v, a."""
-        by_wrench = quantity.partials
-        by_state = by_wrench.reshape(len(by_wrench), -1, 6) @ self.wrench.partials
+        by_variables, n = quantity.partials, self.variables.value.shape[1]
+        by_state = by_variables.reshape(len(by_variables), -1, n) @ self.variables.partials
         return Linearised(quantity.value, by_state.reshape(*quantity.value.shape, -1))
 
 
@@ -92,9 +99,11 @@ def ground_reaction(
     dynamics: InverseDynamics, plan: ContactPlan, times: FloatArray
 ) -> GroundReaction:
     """Return the ground reaction at the instants `times` (K,) of the step."""
-    wrench = root_wrench(dynamics)
-    F = Jet.variables(wrench.value)
-    R, M = F[:, :3], F[:, 3:]
+    variables = root_wrench(dynamics)
+    if plan.least_effort:
+        variables = with_lean(variables)
+    F = Jet.variables(variables.value)
+    R, M = F[:, :3], F[:, 3:6]
     # Step one, Fig. 5 (a): M - ZMP x R has no part about x and z, only M_y about y.
     zmp = stack([M[:, 2] / R[:, 1], -M[:, 0] / R[:, 1]])  # (M_z / R_y, -M_x / R_y)
     M_y = M[:, 1] - (zmp[:, 1] * R[:, 0] - zmp[:, 0] * R[:, 2])
@@ -102,12 +111,12 @@ def ground_reaction(
     both = plan.double_support(times)
     A, B = (point[:, [0, 2]] for point in plan.transfer_points(times))
     l2 = _leading_share(zmp, A, B, both)  # d1 / (d1 + d2); l1 = 1 - l2
-    e = zmp - _along(l2, B - A) - A  # ZMP - (l1 A + l2 B): what the shares leave of the moment
+    e = zmp - directed(l2, B - A) - A  # ZMP - (l1 A + l2 B): what the shares leave of the moment
     pressure = tuple((e + point).where(both, zmp) for point in (A, B))
     shares = (1.0 - l2, l2)
     # Beyond Eq. (17): h = l1 l2 R_y (B - A) / H on the trailing foot, -h on the leading one.
     per_length = l2 * (1.0 - l2) * R[:, 1] * plan.spread
-    h = [_along(per_length, line) for line in (B - A, A - B)]
+    h = [directed(per_length, line) for line in (B - A, A - B)]
     wrenches = tuple(
         _foot_wrench(point, R, M_y, share, push)
         for point, share, push in zip(pressure, shares, h, strict=True)
@@ -115,8 +124,17 @@ def ground_reaction(
     toes = tuple(
         _toe_share(point[:, 1] - ball) for point, ball in zip(pressure, plan.balls, strict=True)
     )
-    links = tuple(_on_links(*pair) for pair in zip(wrenches, toes, strict=True))
-    return GroundReaction(wrench, R, zmp, M_y, l2, pressure, wrenches, toes, links)  # type: ignore[arg-type]
+    links = tuple(on_foot(*pair) for pair in zip(wrenches, toes, strict=True))
+    return GroundReaction(variables, R, zmp, M_y, l2, pressure, wrenches, toes, links)  # type: ignore[arg-type]
+
+
+def with_lean(variables: Linearised, lean: Linearised | None = None) -> Linearised:
+    """Return the wrench and, as a seventh variable, how far the forces lean (K,), [1/m]."""
+    value, partials = np.zeros((len(variables.value), 7)), np.zeros((len(variables.value), 7, 165))
+    value[:, :6], partials[:, :6] = variables.value[:, :6], variables.partials[:, :6]
+    if lean:
+        value[:, 6], partials[:, 6] = lean.value, lean.partials
+    return Linearised(value, partials)
 
 
 def root_wrench(dynamics: InverseDynamics) -> Linearised:
@@ -140,8 +158,7 @@ def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction) -> Linear
     """
     value, partials = dynamics.torque.value.copy(), dynamics.torque.partials.copy()
     for f in (RIGHT, LEFT):
-        chain = CHAINS[f]
-        for wrench, joints in zip(reaction.on_links[f], (chain[:-1], chain), strict=True):
+        for wrench, joints in zip(reaction.on_links[f], LOADED[f], strict=True):
             load = linearised_load(dynamics.axes, joints, reaction.in_state(wrench))  # S^T W
             value[:, joints] -= load.value
             partials[:, joints] -= load.partials
@@ -149,34 +166,39 @@ def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction) -> Linear
 
 
 def add_torques_to_adjoint(
-    dynamics: InverseDynamics, reaction: GroundReaction, adjoint: Adjoint
+    axes: FloatArray, on_links: OnLinks, adjoint: Adjoint
 ) -> tuple[FloatArray, FloatArray]:
     """Take account of the forces on the feet in a weighted sum of joint torques.
 
-    That is L = - sum w_i S_i^T W(F) with w = ``adjoint.torque``, S_i the spatial axis of joint i,
-    W what acts on the links of the feet and F the wrench of the ground. With p = sum w_i S_i
+    That is L = - sum w_i S_i^T W(y) with w = ``adjoint.torque``, S_i the spatial axis of joint i,
+    W what acts on the links of the feet and y the variables of the ground. With p = sum w_i S_i
 
-        dL/dF = - p^T dW/dF,                    d2L/dF2 = - p^T d2W/dF2,
-        d2L/dq2 = - sum w_i (d2S_i/dq2)^T W,    d2L/dqdF = - (dp/dq)^T dW/dF.
+        dL/dy = - p^T dW/dy,                    d2L/dy2 = - p^T d2W/dy2,
+        d2L/dq2 = - sum w_i (d2S_i/dq2)^T W,    d2L/dqdy = - (dp/dq)^T dW/dy.
 
-    What the sum owes to F is added to the adjoint.
+    What the sum owes to y is added to the adjoint.
+
+    Parameters
+    ----------
+    axes : (K, 6, 55) array
+    on_links : wrenches on rear foot and toes, as those of a `GroundReaction`
+    adjoint : Adjoint
 
     Returns
     -------
     second : (K, 55, 55) array
-        Second derivatives by q, F constant: the axes S move.
-    mixed : (K, 55, 6) array
-        Second derivatives by q and F.
+        Second derivatives by q, y constant: the axes S move.
+    mixed : (K, 55, n) array
+        Second derivatives by q and y.
     """
-    K = len(adjoint.torque)
-    second, mixed = np.zeros((K, N_DOF, N_DOF)), np.zeros((K, N_DOF, 6))
+    K, n = adjoint.ground.shape
+    second, mixed = np.zeros((K, N_DOF, N_DOF)), np.zeros((K, N_DOF, n))
     for f in (RIGHT, LEFT):
-        chain = CHAINS[f]
-        for wrench, joints in zip(reaction.on_links[f], (chain[:-1], chain), strict=True):
-            S, w = dynamics.axes[:, :, joints], adjoint.torque[:, joints]
+        for wrench, joints in zip(on_links[f], LOADED[f], strict=True):
+            S, w = axes[:, :, joints], adjoint.torque[:, joints]
             p = (S @ w[..., None]).swapaxes(1, 2)  # (K, 1, 6)
-            adjoint.wrench[:] -= (p @ wrench.partials)[:, 0]
-            adjoint.wrench_second[:] -= (p @ wrench.second.reshape(K, 6, 36)).reshape(K, 6, 6)
+            adjoint.ground[:] -= (p @ wrench.partials)[:, 0]
+            adjoint.ground_second[:] -= (p @ wrench.second.reshape(K, 6, n * n)).reshape(K, n, n)
             mixed[:, joints] -= weighted_axes_dq(S, w).swapaxes(1, 2) @ wrench.partials
             second[:, joints[:, None], joints] -= load_hessian(S, w, wrench.value)
     return second, mixed
@@ -191,7 +213,7 @@ def _leading_share(zmp: Jet, A: FloatArray, B: FloatArray, both: BoolArray) -> J
     return l2.where(both, 1.0)
 
 
-def _along(factor: Jet, line: FloatArray) -> Jet:
+def directed(factor: Jet, line: FloatArray) -> Jet:
     """Return vectors (K, 2), x and z, times a factor (K,)."""
     return stack([factor * side for side in line.T])
 
@@ -205,7 +227,7 @@ def _foot_wrench(pressure: Jet, R: Jet, M_y: Jet, share: Jet, h: Jet) -> Jet:
     return stack([*(force[:, i] for i in range(3)), moment[:, 0], turned, moment[:, 2]])
 
 
-def _on_links(whole: Jet, toe_share: Jet) -> tuple[Jet, Jet]:
+def on_foot(whole: Jet, toe_share: Jet) -> tuple[Jet, Jet]:
     """Return what acts on the rear foot and on the toes, each (K, 6)."""
     toes = whole * toe_share[:, None]
     return whole - toes, toes

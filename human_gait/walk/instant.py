@@ -9,6 +9,7 @@ import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.dh import frames
+from human_gait.body.limits import torque_weights
 from human_gait.body.person import make_body
 from human_gait.body.skeleton import N_DOF, SEGMENTS
 from human_gait.dynamics.carried_load import CarriedForce
@@ -26,6 +27,7 @@ from human_gait.walk.ground_reaction import (
     ground_reaction,
     joint_torques,
 )
+from human_gait.walk.least_effort import Lean, least_effort
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,8 @@ class Instants:
     feet : FootMotion of the right and of the left foot
     head : (K, 3, 3) array
         How the head is turned from upright.
+    lean : Lean, or None
+        By least effort.
     """
 
     t: FloatArray
@@ -61,6 +65,7 @@ class Instants:
     ground: GroundReaction
     feet: tuple[FootMotion, FootMotion]
     head: FloatArray
+    lean: Lean | None = None
 
 
 @dataclass(frozen=True)
@@ -76,7 +81,7 @@ class SecondDerivatives:
     rows : (K, r, 165) array
         A, for the squares of the torques and of own terms.
     left, right : (K, r, 165) array
-        B and C, for products with the wrench and of own terms.
+        B and C, for products with the variables of the ground and of own terms.
     pairs : list of two (K, r, 165) arrays
         D and E, for products with what is at the next instant (`Adjoint.pairs`).
     """
@@ -112,6 +117,7 @@ class Walker:
         self._feet = Feet(self.body, scenario.ground.ball)
         self._carried = CarriedForce(self.body) if scenario.load.model == "force" else None
         self._upright = frames(self.body.table, np.zeros(N_DOF))[1][SEGMENTS["head"], :3, :3]
+        self._weights = torque_weights(scenario)
         kind = scenario.objective.passive_torques
         self._passive = None if kind == "none" else PassiveJoints(kind)
 
@@ -121,12 +127,18 @@ class Walker:
         if self._carried:
             dynamics = self._carried.added(dynamics, q)
         ground = ground_reaction(dynamics, self.plan, t)
-        torque = joint_torques(dynamics, ground)
+        torque, lean = joint_torques(dynamics, ground), None
         passive = self._passive.torque(q, v) if self._passive else no_torque(q)
         muscle_torque = torque - passive
+        if self.plan.least_effort:
+            lean = least_effort(dynamics, self.plan, t, ground, muscle_torque, self._weights)
+            ground = lean.leaning(ground)
+            lean.add_to(torque)
+            lean.add_to(muscle_torque)
         feet = self._feet.motion(dynamics, v)
         head = frames(self.body.table, q)[1][:, SEGMENTS["head"], :3, :3] @ self._upright.T
-        return Instants(t, dynamics, q, v, a, torque, passive, muscle_torque, ground, feet, head)
+        torques = torque, passive, muscle_torque
+        return Instants(t, dynamics, q, v, a, *torques, ground, feet, head, lean)
 
     def second_derivatives(self, now: Instants, adjoint: Adjoint) -> SecondDerivatives:
         """Return the second derivatives of a weighted sum in q, v, a.
@@ -136,8 +148,10 @@ class Walker:
         """
         adjoint.torque[:, ROOT] = 0.0  # the global DOF have no torque, whatever the motion
         dynamics = now.dynamics
-        own, mixed = add_torques_to_adjoint(dynamics, now.ground, adjoint)
-        weights = adjoint.torque, adjoint.wrench
+        lean = now.lean
+        of_lean = lean.second_derivatives(dynamics, now.muscle_torque, adjoint) if lean else None
+        own, mixed = add_torques_to_adjoint(dynamics.axes, now.ground.on_links, adjoint)
+        weights = adjoint.torque, adjoint.ground[:, :6]
         qq, qv, qa, vv = self._curvature.hessian((now.q, now.v, now.a), dynamics.axes, *weights)
         qq += own + adjoint.posture_second
         if self._passive:
@@ -154,12 +168,19 @@ class Walker:
             for whole, added in zip(hessian, part, strict=True):
                 whole += added
         squared, (negative, torques) = _of_torques(now, adjoint)
-        F = now.ground.wrench.partials
-        half = adjoint.wrench_second @ F / 2
+        y = now.ground.variables.partials
+        half = adjoint.ground_second @ y / 2
         half[:, :, :N_DOF] += mixed.swapaxes(1, 2)
+        if of_lean:
+            k = of_lean.k
+            by_q, by_v, by_a = np.split(of_lean.by_posture, 3, axis=2)
+            half[k] += of_lean.left
+            qq[k] += by_q + by_q.swapaxes(1, 2)
+            qv[k] += by_v
+            qa[k] += by_a
         rows = np.concatenate([squared, *adjoint.squares], axis=1)
         left = np.concatenate([half, negative, *(B for B, _ in adjoint.products)], axis=1)
-        right = np.concatenate([F, torques, *(C for _, C in adjoint.products)], axis=1)
+        right = np.concatenate([y, torques, *(C for _, C in adjoint.products)], axis=1)
         return SecondDerivatives(hessian, rows, left, right, adjoint.pairs)
 
 
