@@ -218,7 +218,8 @@ class Ground(Section):
         "pivot",
         "parallel",
         "least_effort",
-        default="pivot",
+        default="least_effort",
+        effort="pivot",
         paper="parallel",
         source="parallel: Eq. 17",
     )
