@@ -12,6 +12,7 @@ import numpy as np
 from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import (
+    BRANCHES,
     DOF_NAMES,
     GRAVITY,
     MIRROR_INDEX,
@@ -29,6 +30,7 @@ REFERENCE_STRENGTH = 100.0
 """Strength of a joint whose torques count as they are, [N m]."""
 
 _ROWS = data.rows("joint_limits")
+_ARMS = [*BRANCHES["right_arm"], *BRANCHES["left_arm"]]
 _KNEES = [index(f"knee_flexion_{side}") for side in SIDES]
 
 
@@ -113,13 +115,15 @@ def torque_weights(scenario: Scenario) -> FloatArray:
 
     ``strength``: (100 N m / strength_i)^2, the mean strength of the joint's two directions. Effort
     is then relative to what a joint can give: 10 N m are little for a hip and much for a wrist.
-    ``none``: 1, the objective of the paper. Those of the knees are times `objective.knee`.
+    ``none``: 1, the objective of the paper. Those of the knees are times `objective.knee`,
+    of the arms `objective.arms`.
     """
     weights = np.ones(N_DOF)
     if scenario.objective.weighting == "strength":
         lower, upper = torque_limits(scenario.subject, deviations=0.0)
         weights = (2.0 * REFERENCE_STRENGTH / (upper - lower)) ** 2
     weights[_KNEES] *= scenario.objective.knee
+    weights[_ARMS] *= scenario.objective.arms
     return weights
 
 

@@ -228,8 +228,7 @@ class Ground(Section):
         "statures above the ZMP",
         0.3,
         5.0,
-        default=0.8,
-        effort=1.0,
+        default=1.0,
         source="above the centre of mass: Maus et al. 2010",
     )
     pad: float = number(
@@ -309,6 +308,15 @@ class Objective(Section):
         default=0.5,
         effort=1.0,
         source="calibrated; strength of knee over ankle gives 0.58: Anderson et al. 2007",
+    )
+    arms: float = number(
+        "how much squared torques of the arms count against those of other joints",
+        "",
+        0.05,
+        100.0,
+        default=8.0,
+        effort=1.0,
+        source="strength of hip over elbow and shoulder, squared: 4 to 10",
     )
     passive_torques: str = choice(
         "measured: tissues, with the stiff spine of a loaded trunk; tissue: a softer spine; none: "

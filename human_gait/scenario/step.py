@@ -82,7 +82,7 @@ class Phases(Section):
         0.99,
         default=0.30,
         effort=0.25,
-        default_words="0.30 - 0.11 s/m x (speed - 1.2 m/s); 0.25 for effort",
+        default_words="0.30 - 0.11 s/m x (speed - 1.2 m/s), to a fortieth; 0.25 for effort",
         source="measured: loads of 5 % of the weight and more on both feet at 0.84 to 1.95 m/s",
     )
     heel_unloading: float = number(
@@ -119,7 +119,7 @@ class Phases(Section):
             return usual
         least, most = _DOUBLE_SUPPORT
         by_speed = 0.30 - 0.11 * (about.speed - 1.2)
-        both = given.get("double_support", round(min(max(by_speed, least), most), 4))
+        both = given.get("double_support", round(40.0 * min(max(by_speed, least), most)) / 40.0)
         return {**usual, "double_support": both, "ball_off": round(max(both - 0.10, 0.05), 4)}
 
     @classmethod
@@ -135,7 +135,7 @@ class Phases(Section):
                 yield ScenarioError(cls.dotted(event), f"{words} ({limit:g})", time)
 
 
-_DOUBLE_SUPPORT = (0.15, 0.34)  # the heel begins to unload at 0.35
+_DOUBLE_SUPPORT = (0.15, 0.325)  # the heel begins to unload at 0.35
 _NOT_AFTER = "must not come after the end of double support"
 _AFTER = "must come after the end of double support"
 _ORDER = (  # event, the one it is compared with, whether it is to be at or before it
