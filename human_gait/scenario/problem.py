@@ -158,6 +158,14 @@ class Tolerances(Section):
         default=0.01,
         source="Eq. 27",
     )
+    limbs_apart: float = number(
+        "how much deeper in each other than at rest limbs may be, where they are held apart",
+        "m",
+        1e-3,
+        0.2,
+        default=0.005,
+        source="what skin and clothes give way",
+    )
 
 
 @section
@@ -267,4 +275,11 @@ class Posture(Section):
         "free",
         default="bent",
         source="bent: Eq. 25",
+    )
+    limbs: str = choice(
+        "apart: arms, legs and trunk do not pass through each other; free: they may",
+        "apart",
+        "free",
+        default="free",
+        source="free: as in the paper",
     )

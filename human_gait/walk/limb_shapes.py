@@ -1,0 +1,147 @@
+"""The pairs of limbs that can meet in walking, the first of each as beads, the second as capsules.
+
+Shapes are those of the drawn body (`figure.capsules`), in the frames of their links.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from human_gait.arrays import FloatArray, IntArray
+from human_gait.body.dh import link_to_dh
+from human_gait.body.figure import TRUNK, Capsule, capsules
+from human_gait.body.links import anatomical_to_link
+from human_gait.body.person import Body
+from human_gait.body.skeleton import SIDES, SIDES_IN_WORDS
+from human_gait.values import Value
+
+_SIDES = dict(zip(SIDES, SIDES_IN_WORDS, strict=True))
+_OTHER = dict(zip(SIDES_IN_WORDS, reversed(SIDES_IN_WORDS), strict=True))
+
+PAIRS = (
+    *(
+        (f"{side} {part}", other)
+        for side in SIDES_IN_WORDS
+        for part in ("hand", "forearm")
+        for other in ("trunk", f"{side} thigh", f"{_OTHER[side]} thigh")
+    ),
+    *((f"right {part}", f"left {part}") for part in ("thigh", "shank", "foot")),
+    *(
+        (f"{side} {part}", f"{_OTHER[side]} {other}")
+        for side in SIDES_IN_WORDS
+        for part, other in (("shank", "thigh"), ("foot", "shank"))
+    ),
+)
+"""Parts that can meet and are not joined to each other: beads first."""
+
+_SPACING = 0.04  # [m] between beads: in a capsule of 10 cm across them 2 mm are missed at most
+
+
+@dataclass(frozen=True, eq=False)
+class Rounds(Value):
+    """Capsules, or balls where they have no length.
+
+    Attributes
+    ----------
+    link : (n,) int array
+        Degree of freedom of the segment.
+    start, along : (n, 3) array, [m]
+        One end of the axis, and the way to the other, in the frame of the link (URDF).
+    radius : (n,) array, [m]
+    """
+
+    link: IntArray
+    start: FloatArray
+    along: FloatArray
+    radius: FloatArray
+
+    @classmethod
+    def joined(cls, several: Iterable[Rounds]) -> Rounds:
+        """Return those of several, one after the other."""
+        fields = zip(*((r.link, r.start, r.along, r.radius) for r in several), strict=True)
+        return cls(*(np.concatenate(values) for values in fields))
+
+    def beads(self) -> Rounds:
+        """Return balls along the axes, from end to end, that are near enough to each other."""
+        parts = np.ceil(np.linalg.norm(self.along, axis=1) / _SPACING).astype(int)
+        of = np.repeat(np.arange(len(parts)), parts + 1)
+        share = np.concatenate([np.linspace(0.0, 1.0, n + 1) for n in parts])[:, None]
+        start = self.start[of] + share * self.along[of]
+        return Rounds(self.link[of], start, 0.0 * start, self.radius[of])
+
+
+@dataclass(frozen=True, eq=False)
+class Meetings(Value):
+    """Every bead with every capsule that it can meet, by pair, then by the links of both.
+
+    Attributes
+    ----------
+    beads, capsules : Rounds
+    pair, bead, capsule : (N,) int array
+        Which of ``PAIRS``, of the beads and of the capsules.
+    group : (N,) int array
+        Which of the groups.
+    groups : (G, 3) int array
+        Pair, link of the beads and link of the capsules.
+    """
+
+    beads: Rounds
+    capsules: Rounds
+    pair: IntArray
+    bead: IntArray
+    capsule: IntArray
+    group: IntArray
+    groups: IntArray
+
+    @classmethod
+    def of(cls, body: Body) -> Meetings:
+        """Return all that can meet of a body."""
+        rounds = _rounds(body)
+        beads = {one: rounds[one].beads() for one, _ in PAIRS}
+        capsules = {other: rounds[other] for _, other in PAIRS}
+        numbers, places = _numbers(beads), _numbers(capsules)
+        meeting = [
+            (p, a, b, i, j)
+            for p, (one, other) in enumerate(PAIRS)
+            for a, i in zip(beads[one].link, numbers[one], strict=True)
+            for b, j in zip(capsules[other].link, places[other], strict=True)
+        ]
+        pair, first, second, bead, capsule = np.array(sorted(meeting), dtype=np.intp).T
+        by_link = np.stack([pair, first, second], axis=1)
+        groups, group = np.unique(by_link, axis=0, return_inverse=True)
+        both = Rounds.joined(beads.values()), Rounds.joined(capsules.values())
+        return cls(*both, pair, bead, capsule, group.ravel(), groups)
+
+
+def _numbers(parts: Mapping[str, Rounds]) -> dict[str, IntArray]:
+    """Return the numbers that the rounds of each part get where all are joined."""
+    ends = np.cumsum([len(rounds.link) for rounds in parts.values()])
+    return dict(zip(parts, np.split(np.arange(ends[-1]), ends[:-1]), strict=True))
+
+
+def _rounds(body: Body) -> dict[str, Rounds]:
+    """Return the capsules of each part of a body."""
+    to_link = link_to_dh(body.table) @ anatomical_to_link(body.table)
+    found: dict[str, list[Capsule]] = {}
+    for capsule in capsules(body.measures):
+        found.setdefault(_part(capsule.segment), []).append(capsule)
+    return {part: _placed(those, to_link) for part, those in found.items()}
+
+
+def _placed(drawn: Sequence[Capsule], to_link: FloatArray) -> Rounds:
+    link = np.array([capsule.link for capsule in drawn])
+    ends, radius = (np.array([getattr(c, name) for c in drawn]) for name in ("ends", "radius"))
+    turn, origin = to_link[link, :3, :3], to_link[link, :3, 3]
+    start, along = (np.einsum("nij,nj->ni", turn, x) for x in (ends[:, 0], ends[:, 1] - ends[:, 0]))
+    return Rounds(link, origin + start, along, radius)
+
+
+def _part(segment: str) -> str:
+    """Return the part that a segment belongs to; what is in no pair is a part of its own."""
+    if segment in TRUNK:
+        return "trunk"
+    kind, _, side = segment.partition("_")
+    return f"{_SIDES.get(side, '')} {'foot' if kind == 'toe' else kind}"
