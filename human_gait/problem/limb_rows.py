@@ -10,7 +10,7 @@ from human_gait.problem.residual import Constraint, Demand, Residual, Tolerance
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.instant import Instants
-from human_gait.walk.limb_shapes import PAIRS
+from human_gait.walk.limb_shapes import LIMBS
 from human_gait.walk.limbs import Depths, Limbs
 
 LIMBS_APART = Demand(
@@ -19,7 +19,7 @@ LIMBS_APART = Demand(
     tolerance=Tolerance("limbs_apart", upwards=True),
 )
 
-_SOFT = 0.2  # of the tolerance: what rounds off the maximum
+_AT_INSTANTS, _SOFT, _SIGHT = 0.5, 0.2, 4.0  # parts of the tolerance
 
 
 def limbs_apart(scenario: Scenario, on: IntArray) -> Constraint:
@@ -28,10 +28,11 @@ def limbs_apart(scenario: Scenario, on: IntArray) -> Constraint:
     Not in the paper. In a step both sides take part: the next one is its mirror image.
     """
     tolerance = scenario.tolerances.limbs_apart
-    limbs = Limbs(make_body(scenario.subject, scenario.load), _SOFT * tolerance)
-    n = len(on)
-    upper = np.tile(np.maximum(limbs.at_rest, 0.0) + tolerance, n)
-    at = np.arange(n)[:, None, None], np.arange(len(PAIRS))[:, None], limbs.columns
+    body = make_body(scenario.subject, scenario.load)
+    limbs = Limbs(body, _SOFT * tolerance, _SIGHT * tolerance)
+    n, R = len(on), len(LIMBS)
+    upper = np.full(n * R, _AT_INSTANTS * tolerance)
+    at = np.arange(n)[:, None, None], np.arange(R)[:, None], limbs.columns
     last: list[tuple[Instants, Depths]] = []
 
     def depths(now: Instants) -> Depths:
@@ -54,9 +55,9 @@ def limbs_apart(scenario: Scenario, on: IntArray) -> Constraint:
         unit="m",
         lower=upper - np.inf,
         upper=upper,
-        instants=np.repeat(on, len(PAIRS)),
+        instants=np.repeat(on, R),
         columns=np.tile(limbs.dofs[limbs.columns], (n, 1)),
-        what=np.tile([f"{one} in {other}" for one, other in PAIRS], n),
+        what=np.tile([*LIMBS], n),
         evaluate=evaluate,
         to_adjoint=to_adjoint,
     )

@@ -21,23 +21,28 @@ from human_gait.values import Value
 _SIDES = dict(zip(SIDES, SIDES_IN_WORDS, strict=True))
 _OTHER = dict(zip(SIDES_IN_WORDS, reversed(SIDES_IN_WORDS), strict=True))
 
-PAIRS = (
-    *(
-        (f"{side} {part}", other)
-        for side in SIDES_IN_WORDS
-        for part in ("hand", "forearm")
-        for other in ("trunk", f"{side} thigh", f"{_OTHER[side]} thigh")
-    ),
-    *((f"right {part}", f"left {part}") for part in ("thigh", "shank", "foot")),
-    *(
-        (f"{side} {part}", f"{_OTHER[side]} {other}")
-        for side in SIDES_IN_WORDS
-        for part, other in (("shank", "thigh"), ("foot", "shank"))
-    ),
-)
-"""Parts that can meet and are not joined to each other: beads first."""
+def _arm(side: str, part: str) -> tuple[tuple[str, str], ...]:
+    others = ("trunk", *(f"{which} thigh" for which in SIDES_IN_WORDS))
+    return tuple((f"{side} {part}", other) for other in others)
 
-_SPACING = 0.04  # [m] between beads: in a capsule of 10 cm across them 2 mm are missed at most
+
+LIMBS: Mapping[str, tuple[tuple[str, str], ...]] = {
+    **{f"{side} {part}": _arm(side, part) for side in SIDES_IN_WORDS for part in ("hand", "forearm")},
+    "thighs": (("right thigh", "left thigh"),),
+    "lower legs": (
+        *((f"right {part}", f"left {part}") for part in ("shank", "foot")),
+        *(
+            (f"{side} {part}", f"{_OTHER[side]} {other}")
+            for side in SIDES_IN_WORDS
+            for part, other in (("shank", "thigh"), ("foot", "shank"))
+        ),
+    ),
+}
+"""Pairs of parts that can meet and are not joined to each other, beads first, by limb."""
+
+PAIRS = tuple(pair for pairs in LIMBS.values() for pair in pairs)
+
+_SPACING = 0.04  # [m], at most, between beads; no more than their radius: 2 mm are missed at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +71,8 @@ class Rounds(Value):
 
     def beads(self) -> Rounds:
         """Return balls along the axes, from end to end, that are near enough to each other."""
-        parts = np.ceil(np.linalg.norm(self.along, axis=1) / _SPACING).astype(int)
+        spacing = np.minimum(self.radius, _SPACING)
+        parts = np.ceil(np.linalg.norm(self.along, axis=1) / spacing).astype(int)
         of = np.repeat(np.arange(len(parts)), parts + 1)
         share = np.concatenate([np.linspace(0.0, 1.0, n + 1) for n in parts])[:, None]
         start = self.start[of] + share * self.along[of]
@@ -75,21 +81,22 @@ class Rounds(Value):
 
 @dataclass(frozen=True, eq=False)
 class Meetings(Value):
-    """Every bead with every capsule that it can meet, by pair, then by the links of both.
+    """Every bead with every capsule that it can meet, by limb, then by the links of both.
 
     Attributes
     ----------
     beads, capsules : Rounds
-    pair, bead, capsule : (N,) int array
-        Which of ``PAIRS``, of the beads and of the capsules.
+    limb, pair, bead, capsule : (N,) int array
+        Which of ``LIMBS``, of ``PAIRS``, of the beads and of the capsules.
     group : (N,) int array
         Which of the groups.
     groups : (G, 3) int array
-        Pair, link of the beads and link of the capsules.
+        Limb, link of the beads and link of the capsules.
     """
 
     beads: Rounds
     capsules: Rounds
+    limb: IntArray
     pair: IntArray
     bead: IntArray
     capsule: IntArray
@@ -103,17 +110,18 @@ class Meetings(Value):
         beads = {one: rounds[one].beads() for one, _ in PAIRS}
         capsules = {other: rounds[other] for _, other in PAIRS}
         numbers, places = _numbers(beads), _numbers(capsules)
+        limb_of = [limb for limb, pairs in enumerate(LIMBS.values()) for _ in pairs]
         meeting = [
-            (p, a, b, i, j)
+            (limb_of[p], a, b, p, i, j)
             for p, (one, other) in enumerate(PAIRS)
             for a, i in zip(beads[one].link, numbers[one], strict=True)
             for b, j in zip(capsules[other].link, places[other], strict=True)
         ]
-        pair, first, second, bead, capsule = np.array(sorted(meeting), dtype=np.intp).T
-        by_link = np.stack([pair, first, second], axis=1)
+        limb, first, second, pair, bead, capsule = np.array(sorted(meeting), dtype=np.intp).T
+        by_link = np.stack([limb, first, second], axis=1)
         groups, group = np.unique(by_link, axis=0, return_inverse=True)
         both = Rounds.joined(beads.values()), Rounds.joined(capsules.values())
-        return cls(*both, pair, bead, capsule, group.ravel(), groups)
+        return cls(*both, limb, pair, bead, capsule, group.ravel(), groups)
 
 
 def _numbers(parts: Mapping[str, Rounds]) -> dict[str, IntArray]:

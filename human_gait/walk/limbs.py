@@ -28,9 +28,9 @@ for i nearer to b than j, or the same; B is transposed where j is nearer.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from human_gait.arrays import FloatArray, IntArray
 from human_gait.body.dh import frames, inverse, link_to_dh, paths
@@ -38,44 +38,50 @@ from human_gait.body.person import Body
 from human_gait.body.skeleton import N_DOF
 from human_gait.dynamics.inverse_dynamics import LINKS, symmetric
 from human_gait.dynamics.spatial import cross, skew
-from human_gait.walk.limb_shapes import PAIRS, Meetings, Rounds
+from human_gait.walk.limb_shapes import LIMBS, PAIRS, Meetings, Rounds
 
 _ROUNDED = 1e-3  # [m], eps: what keeps a bead on the very axis from being singular
-_NEGLIGIBLE = 1e-12  # part of a sum that does not count
+_LEAST = 27.0  # of a sum parts below exp(-27) = 2e-12 do not count
 
 
 @dataclass(frozen=True, eq=False)
 class Depths:
-    """How deep pairs are in each other at K instants, and what second derivatives need besides.
+    """How deep limbs are in others at K instants, and what second derivatives need besides.
+
+    Of the beads in capsules only the n that count are here, by instant, limb and links; `limb`,
+    `normal` and so on are of each of them.
 
     Attributes
     ----------
-    value : (K, P) array, [m]
-        Of each of ``PAIRS``: positive in each other, negative apart.
-    dq : (K, P, D) array
+    value : (K, R) array, [m]
+        Of each of ``LIMBS``: how much deeper than at rest.
+    dq : (K, R, D) array
         In the DOF of `Limbs.dofs`.
-    k, meeting : (n,) int array
-        Instants and numbers of the beads in capsules that count.
+    k, limb : (n,) int array
     weight : (n,) array
-        What each is of its pair's sum.
+        Of the sum of its limb.
     x, normal, axis : (n, 3) array
         Centre of the bead, the way to it from y divided by s, and the direction of the capsule's
         axis, zero where y is at an end of it.
     s : (n,) array, [m]
-    together : (K * G, n) sparse array
-        Sums up what is of one instant and one group of `Meetings`.
+    starts : (u,) int array
+        Where the next pair of links begins.
+    k_of, group_of : (u,) int array
+        Its instant and which of the groups of `Meetings` it is.
     """
 
     value: FloatArray
     dq: FloatArray
     k: IntArray
-    meeting: IntArray
+    limb: IntArray
     weight: FloatArray
     x: FloatArray
     normal: FloatArray
     axis: FloatArray
     s: FloatArray
-    together: csr_array
+    starts: IntArray
+    k_of: IntArray
+    group_of: IntArray
 
 
 class Limbs:
@@ -86,24 +92,20 @@ class Limbs:
     body : Body
     softness : float, [m]
         1 / beta.
+    sight : float, [m]
+        Limbs that are further apart than this are taken for as far as this.
 
     Attributes
     ----------
-    at_rest : (P,) array, [m]
-        How deep the deepest bead of each of ``PAIRS`` is at q = 0, upright with hanging arms.
     dofs : (D,) int array
         The DOF that move limbs against each other.
-    columns : (P, c) int array
-        Numbers in `dofs` of those that each pair depends on, and of others to make c of them.
+    columns : (R, c) int array
+        Numbers in `dofs` of those that each of ``LIMBS`` depends on, and of others to make c.
     """
 
-    def __init__(self, body: Body, softness: float) -> None:
-        self._beta = 1.0 / softness
+    def __init__(self, body: Body, softness: float, sight: float) -> None:
+        self._beta, self._far = 1.0 / softness, -sight
         self._all = found = Meetings.of(body)
-        self._reach = found.beads.radius[found.bead] + found.capsules.radius[found.capsule]
-        pairs = np.arange(len(PAIRS))
-        self._starts = np.searchsorted(found.pair, pairs)
-        self._group_starts = np.searchsorted(found.groups[:, 0], pairs)
         moves = np.zeros((N_DOF, N_DOF))
         for link, path in enumerate(paths(body.table)):
             moves[link, path] = 1.0
@@ -111,15 +113,18 @@ class Limbs:
         self.dofs = np.flatnonzero((first != second).any(axis=0))
         self._first, self._second = first[:, self.dofs], second[:, self.dofs]
         self._between = self._first - self._second  # sigma
-        counts = np.maximum.reduceat(np.abs(self._between), self._group_starts)
-        most = int(counts.sum(axis=1).max())
-        self.columns = np.sort(np.argsort(-counts, axis=1, kind="stable")[:, :most], axis=1)
-        _, A = frames(body.table, np.zeros((1, N_DOF)))
-        s, _ = self._distances(*self._placed((A @ inverse(link_to_dh(body.table)))[:, LINKS]))
-        self.at_rest = np.maximum.reduceat(self._reach - s, self._starts, axis=1)[0]
+        begin = np.searchsorted(found.groups[:, 0], np.arange(len(LIMBS)))
+        depends = np.maximum.reduceat(np.abs(self._between), begin)
+        most = int(depends.sum(axis=1).max())
+        self.columns = np.sort(np.argsort(-depends, axis=1, kind="stable")[:, :most], axis=1)
+        reach = found.beads.radius[found.bead] + found.capsules.radius[found.capsule]
+        s, _ = self._distances(*self._placed(_poses_at_rest(body)))
+        at_rest = np.zeros(len(PAIRS))
+        np.maximum.at(at_rest, found.pair, reach - s[0])
+        self._reach = reach - at_rest[found.pair]
 
     def depths(self, poses: FloatArray, axes: FloatArray) -> Depths:
-        """Return how deep limbs are in each other, with partials.
+        """Return how much deeper than at rest limbs are in others, with partials.
 
         Parameters
         ----------
@@ -128,45 +133,59 @@ class Limbs:
         axes : (K, 6, 55) array
             Spatial joint axes about the world's origin.
         """
+        every, S = self._all, axes[:, :, self.dofs]
         beads, start, along = self._placed(poses)
         s, share = self._distances(beads, start, along)
-        h, every = self._reach - s, self._all
-        top = np.maximum.reduceat(h, self._starts, axis=1)
-        parts = np.exp(self._beta * (h - top[:, every.pair]))
-        sums = np.add.reduceat(parts, self._starts, axis=1)
-        parts /= sums[:, every.pair]
-        k, meeting = np.nonzero(parts > _NEGLIGIBLE)
-        weight, x, s, t = parts[k, meeting], beads[k, every.bead[meeting]], s[k, meeting], share[k, meeting]
-        capsule = every.capsule[meeting]
-        v = along[k, capsule]
+        h = self._reach - s
+        k, meeting = np.nonzero(h > self._far - _LEAST / self._beta)
+        value, weight = self._maximum(k, every.limb[meeting], h[k, meeting], len(poses))
+        counts = weight > np.exp(-_LEAST)
+        k, meeting, weight = k[counts], meeting[counts], weight[counts]
+        capsule, limb, group = every.capsule[meeting], every.limb[meeting], every.group[meeting]
+        x, v, s, t = beads[k, every.bead[meeting]], along[k, capsule], s[k, meeting], share[k, meeting]
         normal = (x - start[k, capsule] - t[:, None] * v) / s[:, None]
         inside = (t > 0.0) & (t < 1.0)
         axis = v * (inside / np.linalg.norm(v, axis=1))[:, None]
-        together = self._sums(k, meeting, len(poses))
+        starts = np.flatnonzero(np.diff(k * len(every.groups) + group, prepend=-1))
+        k_of, group_of = k[starts], group[starts]
         wrench = -weight[:, None] * np.concatenate([normal, cross(x, normal)], axis=1)
-        by_group = (together @ wrench).reshape(len(poses), -1, 6) @ axes[:, :, self.dofs]
-        dq = np.add.reduceat(by_group * self._between, self._group_starts, axis=1)
-        value = top + np.log(sums) / self._beta
-        return Depths(value, dq, k, meeting, weight, x, normal, axis, s, together)
+        by_links = np.add.reduceat(wrench, starts)[:, None] @ S[k_of]
+        dq = np.zeros((*value.shape, len(self.dofs)))
+        np.add.at(dq, (k_of, limb[starts]), by_links[:, 0] * self._between[group_of])
+        return Depths(value, dq, k, limb, weight, x, normal, axis, s, starts, k_of, group_of)
 
     def hessian(self, found: Depths, axes: FloatArray, multipliers: FloatArray) -> FloatArray:
-        """Return second derivatives of depths times multipliers (K, P), in `dofs`, (K, D, D).
+        """Return second derivatives of depths times multipliers (K, R), in `dofs`, (K, D, D).
 
         Besides those of the h they have beta (sum of w g g^T - m m^T), g being the slopes of the h
-        and m their mean, that of the depth: the first part of it is in Q.
+        and m their sum, that of the depth: the first part of it is in Q.
         """
-        K, S = len(axes), axes[:, :, self.dofs]
-        m = found.weight * multipliers[found.k, self._all.pair[found.meeting]]
-        by_group = (found.together @ self._by_place(found, m)).reshape(K, -1, 6, 6)
-        towards, back = (
-            (B.reshape(K, -1, 6) @ S).reshape(*B.shape[:3], -1) * of[:, None]
-            for B, of in ((by_group, self._first), (by_group.swapaxes(2, 3), self._second))
-        )
-        by_axis = self._between[:, None] * S[:, None]
-        flat = (K, -1, len(self.dofs))
-        upper = by_axis.reshape(flat).swapaxes(1, 2) @ (towards - back).reshape(flat)
+        S = axes[:, :, self.dofs]
+        by_place = self._by_place(found, found.weight * multipliers[found.k, found.limb])
+        B = np.add.reduceat(by_place, found.starts).reshape(-1, 6, 6)
+        here = S[found.k_of]
+        turned = (B @ here) * self._first[found.group_of, None]
+        turned -= (B.swapaxes(1, 2) @ here) * self._second[found.group_of, None]
+        here *= self._between[found.group_of, None]
+        ends = np.searchsorted(found.k_of, np.arange(len(S) + 1))
+        upper = np.stack([
+            here[i:j].reshape(-1, len(self.dofs)).T @ turned[i:j].reshape(-1, len(self.dofs))
+            for i, j in pairwise(ends)
+        ])
         mean = (self._beta * multipliers[..., None] * found.dq).swapaxes(1, 2) @ found.dq
         return symmetric(upper) - mean
+
+    def _maximum(
+        self, k: IntArray, limb: IntArray, h: FloatArray, K: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the smooth maximum (K, R) of each limb, and what each h is of the sum, (n,)."""
+        shape = K, len(LIMBS)
+        place = k * shape[1] + limb
+        top = np.full(K * shape[1], self._far)
+        np.maximum.at(top, place, h)
+        parts = np.exp(self._beta * (h - top[place]))
+        sums = np.bincount(place, parts, len(top)) + np.exp(self._beta * (self._far - top))
+        return (top + np.log(sums) / self._beta).reshape(shape), parts / sums[place]
 
     def _by_place(self, found: Depths, m: FloatArray) -> FloatArray:
         """Return B (n, 36) of each bead in a capsule, m (n,) being its multiplier."""
@@ -199,12 +218,10 @@ class Limbs:
         squared = rr - t * (2.0 * rv - t * vv)
         return np.sqrt(np.maximum(squared, 0.0) + _ROUNDED**2), t
 
-    def _sums(self, k: IntArray, meeting: IntArray, K: int) -> csr_array:
-        """Return what sums up by instant and group: they follow each other in that order."""
-        G, n = len(self._all.groups), len(k)
-        key = k * G + self._all.group[meeting]
-        ends = np.searchsorted(key, np.arange(K * G + 1))
-        return csr_array((np.ones(n), np.arange(n), ends), shape=(K * G, n))
+def _poses_at_rest(body: Body) -> FloatArray:
+    """Return the poses (1, 23, 4, 4) of ``LINKS`` at q = 0: upright, with hanging arms."""
+    _, A = frames(body.table, np.zeros((1, N_DOF)))
+    return np.asarray((A @ inverse(link_to_dh(body.table)))[:, LINKS])
 
 
 def _in_world(rounds: Rounds, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
