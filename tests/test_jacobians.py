@@ -21,6 +21,7 @@ SCENARIOS = {
         control_points=8, intervals=13, phases={"double_support": 0.21, "heel_off": 0.7}
     ),
 }
+SCENARIOS = {name: task.replace({"posture.limbs": "apart"}) for name, task in SCENARIOS.items()}
 NAMES = [
     constraint.name for constraint in build_program(SCENARIOS["normal"]).with_friction().constraints
 ]

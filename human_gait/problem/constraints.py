@@ -72,7 +72,7 @@ def paper_constraints(scenario: Scenario, plan: ContactPlan, times: FloatArray) 
         pelvic_velocity(scenario, on),
         *([knee_at_mid_swing(scenario, times)] if scenario.posture.swing_knee == "bent" else []),
         arm_leg_coupling(scenario, on),
-        *([limbs_apart(scenario, np.arange(len(times)))] if scenario.posture.limbs == "apart" else []),
+        *([limbs_apart(scenario, times)] if scenario.posture.limbs == "apart" else []),
     ]
     return with_rows(rows)
 

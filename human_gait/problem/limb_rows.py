@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from human_gait.arrays import FloatArray, IntArray
+from human_gait.arrays import FloatArray
 from human_gait.body.person import make_body
 from human_gait.problem.residual import Constraint, Demand, Residual, Tolerance
 from human_gait.scenario import Scenario
@@ -19,45 +19,48 @@ LIMBS_APART = Demand(
     tolerance=Tolerance("limbs_apart", upwards=True),
 )
 
-_AT_INSTANTS, _SOFT, _SIGHT = 0.5, 0.2, 4.0  # parts of the tolerance
+_AT_INSTANTS = 0.5  # of the tolerance: the rest is for what is between them, when limbs pass
+_ROUNDING = 0.2, 1e-3  # of the tolerance, and [m], at most: how round the maximum over a limb is
+_SIGHT = 0.05  # [m]
 
 
-def limbs_apart(scenario: Scenario, on: IntArray) -> Constraint:
-    """Limbs are not deeper in each other than at rest, or not at all, by ``limbs_apart``.
+def limbs_apart(scenario: Scenario, times: FloatArray) -> Constraint:
+    """Limbs are not deeper in each other than at rest, or in each other, by ``limbs_apart``.
 
-    Not in the paper. In a step both sides take part: the next one is its mirror image.
+    Not in the paper. One step shows both sides: the next one is its mirror image.
     """
     tolerance = scenario.tolerances.limbs_apart
+    at_instants, rounding = _AT_INSTANTS * tolerance, min(_ROUNDING[0] * tolerance, _ROUNDING[1])
     body = make_body(scenario.subject, scenario.load)
-    limbs = Limbs(body, _SOFT * tolerance, _SIGHT * tolerance)
-    n, R = len(on), len(LIMBS)
-    upper = np.full(n * R, _AT_INSTANTS * tolerance)
-    at = np.arange(n)[:, None, None], np.arange(R)[:, None], limbs.columns
+    limbs = Limbs(body, rounding, _SIGHT, gap=at_instants)
+    K, R = len(times), len(LIMBS)
+    upper = np.full(K * R, at_instants)
+    each = np.arange(R)[:, None], limbs.columns
     last: list[tuple[Instants, Depths]] = []
 
     def depths(now: Instants) -> Depths:
-        """Return those of the last instants without computing them again."""
+        """Return those of the instants, without computing the last ones again."""
         if not last or last[0][0] is not now:
-            last[:] = [(now, limbs.depths(now.dynamics.link_poses[on], now.dynamics.axes[on]))]
+            last[:] = [(now, limbs.depths(now.dynamics.link_poses, now.dynamics.axes))]
         return last[0][1]
 
     def evaluate(now: Instants) -> Residual:
         found = depths(now)
-        dq = found.dq[at].reshape(len(upper), -1)
+        dq = found.dq[:, *each].reshape(len(upper), -1)
         return Residual(found.value.ravel(), dq, 0.0 * dq, 0.0 * dq)
 
     def to_adjoint(now: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
-        second = limbs.hessian(depths(now), now.dynamics.axes[on], multipliers.reshape(n, -1))
-        adjoint.posture_second[np.ix_(on, limbs.dofs, limbs.dofs)] += second
+        second = limbs.hessian(depths(now), now.dynamics.axes, multipliers.reshape(K, R))
+        adjoint.posture_second[:, limbs.dofs, limbs.dofs] += second
 
     return Constraint(
         demand=LIMBS_APART,
         unit="m",
         lower=upper - np.inf,
         upper=upper,
-        instants=np.repeat(on, R),
-        columns=np.tile(limbs.dofs[limbs.columns], (n, 1)),
-        what=np.tile([*LIMBS], n),
+        instants=np.repeat(np.arange(K), R),
+        columns=np.tile(limbs.dofs.start + limbs.columns, (K, 1)),
+        what=np.tile([*LIMBS], K),
         evaluate=evaluate,
         to_adjoint=to_adjoint,
     )

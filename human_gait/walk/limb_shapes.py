@@ -21,13 +21,18 @@ from human_gait.values import Value
 _SIDES = dict(zip(SIDES, SIDES_IN_WORDS, strict=True))
 _OTHER = dict(zip(SIDES_IN_WORDS, reversed(SIDES_IN_WORDS), strict=True))
 
+
 def _arm(side: str, part: str) -> tuple[tuple[str, str], ...]:
     others = ("trunk", *(f"{which} thigh" for which in SIDES_IN_WORDS))
     return tuple((f"{side} {part}", other) for other in others)
 
 
 LIMBS: Mapping[str, tuple[tuple[str, str], ...]] = {
-    **{f"{side} {part}": _arm(side, part) for side in SIDES_IN_WORDS for part in ("hand", "forearm")},
+    **{
+        f"{side} {part}": _arm(side, part)
+        for side in SIDES_IN_WORDS
+        for part in ("hand", "forearm")
+    },
     "thighs": (("right thigh", "left thigh"),),
     "lower legs": (
         *((f"right {part}", f"left {part}") for part in ("shank", "foot")),
@@ -42,7 +47,7 @@ LIMBS: Mapping[str, tuple[tuple[str, str], ...]] = {
 
 PAIRS = tuple(pair for pairs in LIMBS.values() for pair in pairs)
 
-_SPACING = 0.04  # [m], at most, between beads; no more than their radius: 2 mm are missed at most
+_SPACING = 0.04, 1.25  # between beads, at most: [m], and of their radius
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +75,11 @@ class Rounds(Value):
         return cls(*(np.concatenate(values) for values in fields))
 
     def beads(self) -> Rounds:
-        """Return balls along the axes, from end to end, that are near enough to each other."""
-        spacing = np.minimum(self.radius, _SPACING)
+        """Return balls along the axes, from end to end.
+
+        Across a capsule at a distance s between the axes spacing^2 / 8 s is missed, up to 2 mm.
+        """
+        spacing = np.minimum(_SPACING[0], _SPACING[1] * self.radius)
         parts = np.ceil(np.linalg.norm(self.along, axis=1) / spacing).astype(int)
         of = np.repeat(np.arange(len(parts)), parts + 1)
         share = np.concatenate([np.linspace(0.0, 1.0, n + 1) for n in parts])[:, None]
