@@ -173,7 +173,7 @@ def test_second_derivatives(problem, name):
     rows = zip(curved, multipliers, strict=True)
     second = program.functions.hessian(problem.free, terms, rows)
     np.testing.assert_allclose(second, second.T, atol=1e-13 * np.abs(second).max())
-    along = rng.normal(size=(len(problem.free), 3))
+    along = np.random.default_rng(6).normal(size=(len(problem.free), 3))
     slopes = central_difference(gradient, problem.free, along)
     assert worst(second @ along, slopes) < 1e-5
 

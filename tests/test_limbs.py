@@ -116,7 +116,7 @@ def test_it_is_told_how_deep_they_are_at_rest():
     assert deep.rest == pytest.approx(rest.item())
     assert deep.deeper == pytest.approx(deep.depth - deep.rest)
     assert f"(at rest {1e3 * deep.rest:.0f})" in str(deep)
-    (apart,) = (one for name, one in found(hip_abduction_r=-15.0).items() if "thigh" in name[1])
+    apart = found(hip_abduction_r=-15.0)["left thigh", "right thigh"]
     assert apart.rest == 0.0
     assert "at rest" not in str(apart)
 

@@ -159,7 +159,7 @@ class Tolerances(Section):
         source="Eq. 27",
     )
     limbs_apart: float = number(
-        "how much deeper in each other than at rest limbs may be, where they are held apart",
+        "how much deeper in each other than at rest limbs may be",
         "m",
         1e-3,
         0.2,
