@@ -21,7 +21,7 @@ LIMBS_APART = Demand(
 
 _AT_INSTANTS = 0.5  # of the tolerance: the rest is for what is between them, when limbs pass
 _ROUNDING = 0.2, 1e-3  # of the tolerance, and [m], at most: how round the maximum over a limb is
-_SIGHT = 0.05  # [m]
+_SIGHT = 0.2  # [m]: a step should know of what it can reach
 
 
 def limbs_apart(scenario: Scenario, times: FloatArray) -> Constraint:
