@@ -19,8 +19,9 @@ LIMBS_APART = Demand(
     tolerance=Tolerance("limbs_apart", upwards=True),
 )
 
-_AT_INSTANTS = 0.5  # of the tolerance: the rest is for what is between them, when limbs pass
-_ROUNDING = 0.2, 1e-3  # of the tolerance, and [m], at most: how round the maximum over a limb is
+_AT_INSTANTS = 0.2  # of the tolerance: the rest is for what is between them, when limbs pass
+_GAP = 0.5  # of the tolerance: limbs that are apart at rest need not be further than this
+_ROUNDING = 0.1, 5e-4  # of the tolerance, and [m], at most: how round the maximum over a limb is
 _SIGHT = 0.2  # [m]: a step should know of what it can reach
 
 
@@ -32,7 +33,7 @@ def limbs_apart(scenario: Scenario, times: FloatArray) -> Constraint:
     tolerance = scenario.tolerances.limbs_apart
     at_instants, rounding = _AT_INSTANTS * tolerance, min(_ROUNDING[0] * tolerance, _ROUNDING[1])
     body = make_body(scenario.subject, scenario.load)
-    limbs = Limbs(body, rounding, _SIGHT, gap=at_instants)
+    limbs = Limbs(body, rounding, _SIGHT, gap=_GAP * tolerance)
     K, R = len(times), len(LIMBS)
     upper = np.full(K * R, at_instants)
     each = np.arange(R)[:, None], limbs.columns
