@@ -19,9 +19,10 @@ LIMBS_APART = Demand(
     tolerance=Tolerance("limbs_apart", upwards=True),
 )
 
-_AT_INSTANTS = 0.2  # of the tolerance: the rest is for what is between them, when limbs pass
-_GAP = 0.5  # of the tolerance: limbs that are apart at rest need not be further than this
-_ROUNDING = 0.1, 5e-4  # of the tolerance, and [m], at most: how round the maximum over a limb is
+# Parts of the tolerance, and how many metres they are at most:
+_BETWEEN = 0.8, 4e-3  # for what is between the instants, when limbs pass
+_ROUNDING = 0.1, 5e-4  # how round the maximum over a limb is
+_GAP = 2.5e-3  # [m] that limbs which are apart at rest keep: they are the ones that pass quickly
 _SIGHT = 0.2  # [m]: a step should know of what it can reach
 
 
@@ -31,11 +32,11 @@ def limbs_apart(scenario: Scenario, times: FloatArray) -> Constraint:
     Not in the paper. One step shows both sides: the next one is its mirror image.
     """
     tolerance = scenario.tolerances.limbs_apart
-    at_instants, rounding = _AT_INSTANTS * tolerance, min(_ROUNDING[0] * tolerance, _ROUNDING[1])
+    between, rounding = (min(part * tolerance, most) for part, most in (_BETWEEN, _ROUNDING))
     body = make_body(scenario.subject, scenario.load)
-    limbs = Limbs(body, rounding, _SIGHT, gap=_GAP * tolerance)
+    limbs = Limbs(body, rounding, _SIGHT, _GAP)
     K, R = len(times), len(LIMBS)
-    upper = np.full(K * R, at_instants)
+    upper = np.full(K * R, tolerance - between)
     each = np.arange(R)[:, None], limbs.columns
     last: list[tuple[Instants, Depths]] = []
 
