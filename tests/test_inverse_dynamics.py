@@ -10,6 +10,7 @@ from human_gait.dynamics.inverse_dynamics import (
     CHAINS,
     ENGINES,
     FOOT_LINKS,
+    LINKS,
     ROOT,
     PinocchioDynamics,
     RecursiveDynamics,
@@ -75,13 +76,12 @@ def test_axes_are_the_motion_of_the_body_at_the_worlds_origin(model, state, now)
         np.testing.assert_allclose(now.axes[k], expected, atol=1e-12)
 
 
-def test_foot_poses_are_the_frames_of_the_links(model, state, now):
+def test_link_poses_are_the_frames_of_the_links(model, state, now):
     data = model.createData()
     for k, q in enumerate(state[0]):
         pin.forwardKinematics(model, data, q)
-        for place in np.ndindex(FOOT_LINKS.shape):
-            expected = data.oMi[int(FOOT_LINKS[place]) + 1].homogeneous
-            np.testing.assert_allclose(now.foot_poses[k][place], expected, atol=1e-13)
+        expected = [data.oMi[int(link) + 1].homogeneous for link in LINKS]
+        np.testing.assert_allclose(now.link_poses[k], expected, atol=1e-13)
 
 
 def test_a_load_does_the_work_of_its_wrench(now):
@@ -121,7 +121,7 @@ def test_the_recursion_gives_the_torques_and_partials_of_pinocchio(body, state, 
 def test_the_recursion_gives_the_axes_and_poses_of_pinocchio(body, state, now):
     native = RecursiveDynamics(body).inverse(*state)
     np.testing.assert_allclose(native.axes, now.axes, atol=1e-12)
-    np.testing.assert_allclose(native.foot_poses, now.foot_poses, atol=1e-12)
+    np.testing.assert_allclose(native.link_poses, now.link_poses, atol=1e-12)
 
 
 def test_dynamics_go_by_name(body):

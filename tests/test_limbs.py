@@ -110,8 +110,47 @@ def test_the_distance_is_that_of_the_nearest_points():
     assert np.all(tried - nearest < 0.02)
 
 
+def test_it_is_told_how_deep_they_are_at_rest():
+    deep = found(elbow_flexion_r=30.0, shoulder_abduction_r=-10.0)["right forearm", "trunk"]
+    (rest,) = (d for p, d in limbs._depths(BODY, np.zeros((1, 55))).items() if p == deep.parts)
+    assert deep.rest == pytest.approx(rest.item())
+    assert deep.deeper == pytest.approx(deep.depth - deep.rest)
+    assert f"(at rest {1e3 * deep.rest:.0f})" in str(deep)
+    apart = found(hip_abduction_r=-15.0)["left thigh", "right thigh"]
+    assert apart.rest == 0.0
+    assert "at rest" not in str(apart)
+
+
+def judged(**angles):
+    """The checks of a posture, of a scenario that holds limbs apart."""
+    gait = guessed_gait()
+    gait = replace(gait, scenario=gait.scenario.replace({"posture.limbs": "apart"}))
+    q = np.zeros((1, len(DOF_NAMES)))
+    for name, degrees in angles.items():
+        q[0, index(name)] = np.deg2rad(degrees)
+    return limbs.limbs_checks(gait, replace(NOW, q=q, t=np.zeros(1)))
+
+
+def test_where_limbs_are_held_apart_it_is_judged_against_rest():
+    _, upright = judged()
+    assert (upright.name, upright.value, upright.verdict) == (limbs.DEEPER.name, 0.0, "ok")
+    note, crossed = judged(hip_abduction_r=-15.0, hip_abduction_l=-15.0)
+    assert (note.verdict, crossed.verdict) == ("note", "FAIL")
+    assert "thigh" in crossed.what
+    assert crossed.value == max(one.deeper for one in limbs.overlaps(BODY, guessed_at(-15.0)))
+    _, slightly = judged(hip_abduction_r=-3.0)
+    assert 0.0 < slightly.value < slightly.limit
+    assert slightly.passed
+
+
+def guessed_at(degrees):
+    q = np.zeros((1, len(DOF_NAMES)))
+    q[0, [index("hip_abduction_r"), index("hip_abduction_l")]] = np.deg2rad(degrees)
+    return replace(NOW, q=q, t=np.zeros(1))
+
+
 def test_it_is_a_note_with_the_deepest_pair_first():
-    check = limbs.limbs_check(BODY, NOW)
+    (check,) = limbs.limbs_checks(guessed_gait(), NOW)
     pairs = limbs.overlaps(BODY, NOW)
     assert (check.kind, check.verdict, check.passed) == (Kind.NOTE, "note", True)
     assert check.value == pairs[0].depth == max(one.depth for one in pairs)

@@ -27,7 +27,7 @@ from human_gait.walk.gait_file import make_record
 ROOT = Path(human_gait.__file__).parents[1]
 DEFINING = (
     *(f"human_gait/problem/{name}.py" for name in ("constraints", "contact_rows")),
-    *(f"human_gait/problem/{name}.py" for name in ("balance_rows", "posture_rows")),
+    *(f"human_gait/problem/{name}.py" for name in ("balance_rows", "posture_rows", "limb_rows")),
     *(f"human_gait/checks/{name}.py" for name in ("contents", "laws", "ground")),
     *(f"human_gait/checks/{name}.py" for name in ("motion", "limbs")),
 )
@@ -42,7 +42,7 @@ class Walks:
     def __init__(self):
         grid = {"control_points": 8, "intervals": 20}
         tied, few = grid | {"periodicity": "velocity"}, grid | {"periodicity": "position"}
-        self.whole = build_program(scenario(**tied)).with_friction()
+        self.whole = build_program(scenario(posture={"limbs": "apart"}, **tied)).with_friction()
         self.low = build_program(scenario(limits=LOW, **tied))
         self.loose = build_program(scenario(tolerances={"feet_apart": 0.0}, **few))
 

@@ -60,6 +60,7 @@ NO_PLACE = {
     "phases.mid_swing": _MOTION,
     "phases.heel_off": _MOTION,
     "posture.swing_knee": _MOTION,
+    "posture.limbs": _MOTION,
     "objective.kind": _MOTION,
     "objective.weighting": _MOTION,
     "discretisation": _SOLVING,

@@ -1,8 +1,8 @@
 """Parts of the drawn body that pass through each other, from the capsules that draw it.
 
-Nothing keeps limbs apart but their joint limits: heels and toe tips alone are held beside the
-standing leg. How deep the round shapes of the figure are in each other is told, not judged: skin
-and clothes give way, and the shapes are drawn by eye.
+How deep the round shapes of the figure are in each other is told, beside how deep they are when the
+body stands upright with hanging arms: skin and clothes give way, and the shapes are drawn by eye.
+It is judged where the scenario holds limbs apart (`posture.limbs`).
 """
 
 from __future__ import annotations
@@ -18,12 +18,13 @@ from human_gait.body.dh import frames
 from human_gait.body.figure import capsules
 from human_gait.body.links import anatomical_to_link
 from human_gait.body.person import Body
-from human_gait.body.skeleton import SEGMENTS
-from human_gait.checks.check import Check, Claim, Kind
+from human_gait.body.skeleton import N_DOF, SEGMENTS
+from human_gait.checks.check import BETWEEN, Check, Claim, Kind
 from human_gait.values import Value
-from human_gait.walk.gait import Samples
+from human_gait.walk.gait import Gait, Samples
 
 OVERLAP = Claim("body parts in each other", "m", Kind.NOTE)
+DEEPER = Claim("limbs deeper in each other than at rest", "m", Kind.INSTANTS)
 
 _NEIGHBOURS = {  # joined to each other: they are always in each other
     *(("trunk", part) for part in ("head", "right upper arm", "left upper arm")),
@@ -40,6 +41,7 @@ _NEIGHBOURS = {  # joined to each other: they are always in each other
 _KINDS = {"upperarm": "upper arm", "toe": "foot", "neck": "head", "head": "head"}
 _ORDER = ("hand", "forearm", "arm", "foot", "shank", "thigh", "head", "trunk")
 """What is said to be in what: the first in the second."""
+_LOAD = "load"
 _LIMBS = ("forearm", "hand", "thigh", "shank", "foot")
 _INSTANTS = 101  # of a step
 _TOLD = 4  # pairs, the deepest
@@ -71,25 +73,46 @@ class Shapes(Value):
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two parts in each other: how deep at most [m], and when [s]."""
+    """Two parts in each other: how deep at most and how deep at rest [m], and when [s]."""
 
     parts: tuple[str, str]
     depth: float
+    rest: float
     time: float
+
+    @property
+    def deeper(self) -> float:
+        """How much deeper than at rest, [m]."""
+        return self.depth - self.rest
 
     def __str__(self) -> str:
         one, other = self.parts
-        return f"{one} in {other} {1e3 * self.depth:.0f} mm at {self.time:.2f} s"
+        rest = f" (at rest {1e3 * self.rest:.0f})" if self.rest > 0.0 else ""
+        return f"{one} in {other} {1e3 * self.depth:.0f} mm{rest} at {self.time:.2f} s"
 
 
-def limbs_check(body: Body, now: Samples) -> Check:
-    """Parts of the drawn body are not in each other: told how deep they are, and which."""
-    found = overlaps(body, now)
-    if not found:
-        return OVERLAP.noted(0.0, 0.0, "")
+def limbs_checks(gait: Gait, now: Samples) -> list[Check]:
+    """Parts of the drawn body are not in each other: told how deep they are, and which.
+
+    Limbs that are held apart are hardly deeper in each other than at rest.
+    """
+    found = overlaps(gait.body, now)
+    depth, time = (found[0].depth, found[0].time) if found else (0.0, 0.0)
+    checks = [OVERLAP.noted(depth, time, _told(found))]
+    if gait.scenario.posture.limbs == "apart":
+        limit = BETWEEN * gait.scenario.tolerances.limbs_apart
+        limbs = [one for one in found if _LOAD not in one.parts and one.deeper > 0.0]
+        limbs.sort(key=lambda one: -one.deeper)
+        deeper, time = (limbs[0].deeper, limbs[0].time) if limbs else (0.0, 0.0)
+        what = _told([one for one in limbs if one.deeper > limit])
+        checks.append(DEEPER.found(deeper, limit, time, what))
+    return checks
+
+
+def _told(found: list[Overlap]) -> str:
     told = [str(one) for one in found[:_TOLD]]
     told += [f"and {len(found) - _TOLD} pairs more"] if len(found) > _TOLD else []
-    return OVERLAP.noted(found[0].depth, found[0].time, ", ".join(told))
+    return ", ".join(told)
 
 
 def overlaps(body: Body, now: Samples) -> list[Overlap]:
@@ -97,9 +120,21 @@ def overlaps(body: Body, now: Samples) -> list[Overlap]:
 
     A load counts as a part, that is joined to the trunk.
     """
-    shapes = shapes_of(body)
     some = np.unique(np.linspace(0, len(now.t) - 1, _INSTANTS).astype(int))
-    _, A = frames(body.table, now.q[some])
+    rest = _depths(body, np.zeros((1, N_DOF)))
+    found = []
+    for parts, depths in _depths(body, now.q[some]).items():
+        k = int(np.argmax(depths))
+        if depths[k] > _DEEP:
+            at_rest = max(float(rest[parts][0]), 0.0)
+            found.append(Overlap(parts, float(depths[k]), at_rest, float(now.t[some[k]])))
+    return sorted(found, key=lambda one: -one.depth)
+
+
+def _depths(body: Body, q: FloatArray) -> dict[tuple[str, str], FloatArray]:
+    """Return how deep two parts are in each other in the postures q (K, 55), (K,); < 0: apart."""
+    shapes = shapes_of(body)
+    _, A = frames(body.table, q)
     start, along = _placed(A, shapes)
     deep = {
         parts: shapes.radius[one]
@@ -110,13 +145,8 @@ def overlaps(body: Body, now: Samples) -> list[Overlap]:
     if body.load.mass > 0.0:
         points = start[:, :, None] + _ALONG[:, None] * along[:, :, None]
         in_load = shapes.radius - _outside_load(body, A, points).min(axis=2)
-        deep |= {(part, "load"): in_load[:, of] for part, of in _members(shapes) if part != "trunk"}
-    found = []
-    for parts, depths in deep.items():
-        k = int(np.argmax(depths.max(axis=1)))
-        if depths[k].max() > _DEEP:
-            found.append(Overlap(parts, float(depths[k].max()), float(now.t[some[k]])))
-    return sorted(found, key=lambda one: -one.depth)
+        deep |= {(part, _LOAD): in_load[:, of] for part, of in _members(shapes) if part != "trunk"}
+    return {parts: depths.max(axis=1) for parts, depths in deep.items()}
 
 
 def shapes_of(body: Body) -> Shapes:

@@ -16,7 +16,7 @@ from human_gait.checks.contents import contents_checks
 from human_gait.checks.engines import DrakeEngine
 from human_gait.checks.ground import ground_checks
 from human_gait.checks.laws import dynamics_checks, loads_of
-from human_gait.checks.limbs import limbs_check
+from human_gait.checks.limbs import limbs_checks
 from human_gait.checks.motion import feet_checks, walk_checks
 from human_gait.walk.gait_file import Record
 
@@ -33,5 +33,5 @@ def verify(record: Record) -> list[Check]:
             *ground_checks(gait.plan, now),
             *feet_checks(record, found),
             *walk_checks(gait, now),
-            limbs_check(gait.body, now),
+            *limbs_checks(gait, now),
         ]

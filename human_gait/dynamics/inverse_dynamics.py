@@ -35,6 +35,9 @@ CHAINS = tuple(
 )
 """Indices of the DOF that move a foot, from the world to the toes: right, left."""
 
+LINKS = np.array(list(SEGMENTS.values()))
+"""(23,) links that carry a segment: all that has a shape."""
+
 FOOT_LINKS = np.array([[SEGMENTS[f"foot_{side}"], SEGMENTS[f"toe_{side}"]] for side in SIDES])
 """(2, 2) links of a foot: rear foot and toes."""
 
@@ -49,13 +52,13 @@ class InverseDynamics(Value):
         Partials (K, 55, 165) in q, v, a.
     axes : (K, 6, 55) array
         Spatial joint axes about the world's origin.
-    foot_poses : (K, 2, 2, 4, 4) array
-        Links of ``FOOT_LINKS`` (URDF link frames) in the world.
+    link_poses : (K, 23, 4, 4) array
+        Links of ``LINKS`` (URDF link frames) in the world.
     """
 
     torque: Linearised
     axes: FloatArray
-    foot_poses: FloatArray
+    link_poses: FloatArray
 
 
 class Dynamics(Protocol):
@@ -84,20 +87,20 @@ class PinocchioDynamics:
     def __init__(self, body: Body) -> None:
         self.model = body.model
         self._data = self.model.createData()
+        self._placements = [self._data.oMi[int(link) + 1] for link in LINKS]  # follow the data
 
     def inverse(self, q: FloatArray, v: FloatArray, a: FloatArray) -> InverseDynamics:
         """Return torques and partials at K instants, q, v, a (K, 55)."""
         K = len(q)
         tau, partials = np.empty((K, N_DOF)), np.empty((K, N_DOF, 3, N_DOF))
-        axes, poses = np.empty((K, 6, N_DOF)), np.empty((K, *FOOT_LINKS.shape, 4, 4))
+        axes, poses = np.empty((K, 6, N_DOF)), np.empty((K, len(LINKS), 4, 4))
         data = self._data
         for k in range(K):
             pin.computeRNEADerivatives(self.model, data, q[k], v[k], a[k])
             tau[k], axes[k] = data.tau, data.J
             partials[k, :, 0], partials[k, :, 1] = data.dtau_dq, data.dtau_dv
             partials[k, :, 2] = data.M
-            for place in np.ndindex(FOOT_LINKS.shape):
-                poses[k][place] = data.oMi[int(FOOT_LINKS[place]) + 1].homogeneous
+            poses[k] = [placement.homogeneous for placement in self._placements]
         partials[:, :, 2] = symmetric(partials[:, :, 2])  # of M only the upper triangle is filled
         return InverseDynamics(Linearised(tau, partials.reshape(K, N_DOF, -1)), axes, poses)
 
@@ -113,7 +116,7 @@ class RecursiveDynamics:
         """Return torques and partials at K instants, q, v, a (K, 55)."""
         tau, *by_state = inverse_dynamics_derivatives(self.body, q, v, a)
         P, A = dh.frames(self.body.table, q)
-        poses = A[:, FOOT_LINKS] @ self._to_links[FOOT_LINKS]
+        poses = A[:, LINKS] @ self._to_links[LINKS]
         torque = Linearised(tau, np.concatenate(by_state, axis=-1))
         return InverseDynamics(torque, self._axes(P), poses)
 

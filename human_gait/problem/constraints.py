@@ -25,6 +25,7 @@ from human_gait.problem.contact_rows import (
     ground_penetration,
     soft_impact,
 )
+from human_gait.problem.limb_rows import limbs_apart
 from human_gait.problem.posture_rows import arm_leg_coupling, knee_at_mid_swing, pelvic_velocity
 from human_gait.problem.residual import Constraint, Demand
 from human_gait.scenario import Scenario
@@ -71,6 +72,7 @@ def paper_constraints(scenario: Scenario, plan: ContactPlan, times: FloatArray) 
         pelvic_velocity(scenario, on),
         *([knee_at_mid_swing(scenario, times)] if scenario.posture.swing_knee == "bent" else []),
         arm_leg_coupling(scenario, on),
+        *([limbs_apart(scenario, times)] if scenario.posture.limbs == "apart" else []),
     ]
     return with_rows(rows)
 

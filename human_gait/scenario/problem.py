@@ -187,6 +187,14 @@ class Tolerances(Section):
         default=0.01,
         source="Eq. 27",
     )
+    limbs_apart: float = number(
+        "how much deeper in each other than at rest limbs may be",
+        "m",
+        1e-3,
+        0.2,
+        default=0.005,
+        source="what skin and clothes give way",
+    )
 
     @classmethod
     def defaults(cls, given: Mapping[str, Any], about: About) -> dict[str, Any]:
@@ -451,4 +459,11 @@ class Posture(Section):
         default="free",
         effort="bent",
         source="bent: Eq. 25",
+    )
+    limbs: str = choice(
+        "apart: arms, legs and trunk do not pass through each other; free: they may",
+        "apart",
+        "free",
+        default="free",
+        source="free: as in the paper",
     )

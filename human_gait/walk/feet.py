@@ -16,7 +16,13 @@ from human_gait.arrays import FloatArray
 from human_gait.body.dh import link_to_dh
 from human_gait.body.person import Body
 from human_gait.body.skeleton import SIDES
-from human_gait.dynamics.inverse_dynamics import CHAINS, FOOT_LINKS, InverseDynamics, symmetric
+from human_gait.dynamics.inverse_dynamics import (
+    CHAINS,
+    FOOT_LINKS,
+    LINKS,
+    InverseDynamics,
+    symmetric,
+)
 from human_gait.dynamics.spatial import cross
 from human_gait.values import Value
 
@@ -48,6 +54,7 @@ class Feet:
         points = np.concatenate([contact.points, np.ones((2, 4, 1))], axis=-1)
         self._points = np.einsum("fpij,fpj->fpi", to_dh, points)
         self._on_toes = contact.links == FOOT_LINKS[:, 1:]
+        self._places = np.searchsorted(LINKS, contact.links)
 
     def motion(self, dynamics: InverseDynamics, v: FloatArray) -> tuple[FootMotion, FootMotion]:
         """Return the motion of the right and of the left foot, velocities v (K, 55)."""
@@ -99,8 +106,10 @@ class Feet:
         S, speed = dynamics.axes[:, :, CHAINS[f]], v[:, CHAINS[f]]
         linear, angular = (part.swapaxes(1, 2) for part in (S[:, :3], S[:, 3:]))
         points = [
-            self._point(dynamics.foot_poses[:, f, int(toes)] @ point, linear, angular, speed, toes)
-            for point, toes in zip(self._points[f], self._on_toes[f], strict=True)
+            self._point(dynamics.link_poses[:, place] @ point, linear, angular, speed, toes)
+            for point, place, toes in zip(
+                self._points[f], self._places[f], self._on_toes[f], strict=True
+            )
         ]
         return FootMotion(*(np.stack(parts, axis=1) for parts in zip(*points, strict=True)))
 
