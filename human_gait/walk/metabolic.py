@@ -21,7 +21,7 @@ import numpy as np
 
 from human_gait import data
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import N_DOF, SIDES, index
+from human_gait.body.skeleton import N_DOF, SIDES, index, mirror
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Samples
@@ -94,13 +94,15 @@ def metabolic_rate(now: Samples, mass: float, heat: float = TORQUE_HEAT) -> Meta
 
 
 def fibre_work(now: Samples) -> FloatArray:
-    """Return the work (K - 1, 55) of muscle fibres between samples, [J].
+    """Return the work (K, 55) of muscle fibres from each sample of a step to the next, [J].
+
+    The last is what a jump of the torques to those of the next step takes, if there is one.
 
     Notes
     -----
     Mean torque times the turn of the fibres, dq + dtau / k. What the tendon takes up and gives
-    back, tau dtau / k, is the exact difference of its energy tau^2 / 2 k.
+    back, tau dtau / k, is the exact difference of its energy tau^2 / 2 k, and nothing over a step.
     """
-    tau = now.active
-    turn = np.diff(now.q, axis=0) + _COMPLIANCE * np.diff(tau, axis=0)
+    tau = np.concatenate([now.active, mirror(now.active[:1])])
+    turn = np.diff(now.q, axis=0, append=now.q[-1:]) + _COMPLIANCE * np.diff(tau, axis=0)
     return np.asarray((tau[1:] + tau[:-1]) / 2 * turn)
