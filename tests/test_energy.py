@@ -133,6 +133,13 @@ def test_only_muscles_are_paid_for():
     assert stronger.heat == pytest.approx(1.1 * metabolic_rate(NOW, MASS).heat)
 
 
+def test_of_the_work_of_fibres_the_positive_is_paid_for():
+    t = np.linspace(0, 1, 101)
+    turn = of_dof(t, "knee_flexion_l", (1 - np.cos(2 * np.pi * t)) / 2)  # a radian and back
+    held = of_dof(t, "knee_flexion_l", 3.0)
+    assert metabolic_rate(samples(t, q=turn, active=held), 70.0).work == pytest.approx(3)
+
+
 def test_fibres_that_hold_while_the_tendon_gives_way_do_no_work():
     t = np.linspace(0, 0.5, 51)
     torque = 100 * np.sin(2 * np.pi * t) ** 2
@@ -151,6 +158,14 @@ def test_a_tendon_gives_back_what_it_has_taken_up_over_a_step(gait):
     muscles = np.trapezoid((now.active * now.v)[:, 6:].sum(axis=1), now.t)
     fibres = fibre_work(now)[:, 6:]
     assert fibres.sum() == pytest.approx(muscles, abs=1e-4 * np.abs(fibres).sum())
+
+
+def test_the_next_step_goes_on_with_the_torques_of_the_other_side():
+    t = np.linspace(0, 0.5, 51)
+    torque = of_dof(t, "ankle_dorsiflexion_r", t) + of_dof(t, "ankle_dorsiflexion_l", 0.5 - t)
+    work = fibre_work(samples(t, active=100 * torque))
+    assert np.abs(work[0]).max() > 1e-4
+    np.testing.assert_allclose(work[-1], 0, atol=1e-12)
 
 
 def test_every_constant_of_the_model_has_a_unit_and_a_source():
@@ -174,6 +189,10 @@ def test_moments_of_the_lower_back_are_those_of_the_gait_cycle():
         seen = curve if name == "extension" else np.abs(curve)
         assert one.mean == pytest.approx(np.trapezoid(seen) / 100, abs=0.03 * scale)
         assert abs(one.peak) == max(one.greatest, -one.least)
+
+
+def test_tissues_bear_the_lower_back_too():
+    assert spine_moments(replace(NOW, active=0 * NOW.active)) == spine_moments(NOW)
 
 
 def test_the_moments_of_a_step_are_those_of_its_mirror_image():
