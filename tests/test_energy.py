@@ -2,6 +2,8 @@
 
 import json
 from dataclasses import fields, replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from solves import solved
 from walking import guessed_gait
 
 import human_gait as hg
-from human_gait import data
+from human_gait import console, data
 from human_gait.body.limits import torque_limits
 from human_gait.body.skeleton import DOF_NAMES, MIRROR_INDEX, index, mirror
 from human_gait.checks.engines import DrakeEngine
@@ -32,7 +34,7 @@ GAIT = guessed_gait()
 LADEN = guessed_gait(18.0)
 NOW = GAIT.fine_samples
 MASS = GAIT.scenario.subject.mass
-ANKLE = index("ankle_dorsiflexion_r")
+NEWTON = SimpleNamespace(solver="newton", wall_time=1.0)
 
 
 def samples(t, **given):
@@ -280,6 +282,15 @@ def test_what_is_shown_has_the_error_of_the_model_and_every_joint():
     for one in found.joints:
         assert one.joint in str(found)
     assert found.strength[0].joint in repr(found)
+
+
+def test_a_prediction_ends_with_it_and_the_verdict(capsys):
+    kept = SimpleNamespace(success=True, checks=[], solution=NEWTON)
+    console.show_outcome(kept, [kept], Path("out/mine"), GAIT)
+    *told, verdict = capsys.readouterr().out.splitlines()
+    assert verdict.startswith("newton found a walk")
+    lines = headline(hg.energy(GAIT))
+    assert told[-len(lines) :] == lines
 
 
 def test_a_result_folder_is_taken_for_its_gait_and_its_summary_tells_the_same(tmp_path):

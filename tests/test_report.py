@@ -337,6 +337,33 @@ def test_a_report_begins_with_a_sentence_for_each_walk_that_is_compared(one_page
     assert alone.text_content().startswith("A man of 1.755 m and 78.4 kg walks at 1.2 m/s")
 
 
+def test_the_section_on_energy_has_the_numbers_of_every_walk(three, one_page, three_page):
+    found = [hg.energy(folder) for folder in three]
+    _, rows, _ = table(three_page, "energy and load")
+    for label, values in {
+        "metabolic cost of transport, ± 7 % [J/(kg m)]": [e.cost_of_transport for e in found],
+        "positive work of the joints in a step [J]": [e.positive_work for e in found],
+        "negative work of the joints in a step [J/kg]": [e.negative_work / e.mass for e in found],
+        "L5/S1 extension moment, least [N m]": [e.spine[0].least for e in found],
+        "effort, Eq. (18) [N² m² s]": [e.effort for e in found],
+    }.items():
+        np.testing.assert_allclose(rows[label], values, rtol=1e-12)
+    assert list(rows)[-1].startswith("effort")
+    nearest = rows["muscle torque near its strength, 1."]
+    assert [text.rpartition(" ")[0].rpartition(" ")[0] for text in nearest] == [
+        e.strength[0].joint for e in found
+    ]
+    _, rows, _ = table(one_page, "joint")
+    assert list(rows) == [one.joint for one in found[0].joints]
+    for one in found[0].joints:
+        up, _, down, _ = rows[one.joint]
+        per = found[0].mass * found[0].step_length
+        assert (up * per, down * per) == pytest.approx((one.positive, one.negative))
+    assert rows["ankle"][1::2] == pytest.approx([100 * s for s in found[0].share_of_leg("ankle")])
+    said = html.document_fromstring(one_page).get_element_by_id("energy").text_content()
+    assert "up to 13 % at single speeds" in said
+
+
 def test_the_scores_are_those_of_compare(three, one_page, three_page):
     wanted = [compare_folder(folder) for folder in three]
     _, _, rows = table(one_page, "measured by")
