@@ -151,6 +151,7 @@ def test_fibres_that_hold_while_the_tendon_gives_way_do_no_work():
     elsewhere = {"q": of_dof(t, "knee_flexion_r", -torque / ANKLE_TENDON)}
     knee = samples(t, active=of_dof(t, "knee_flexion_r", torque), **elsewhere)
     assert metabolic_rate(knee, 70.0).work > 10
+    assert metabolic_rate(ankle, 70.0, tendon=2 * ANKLE_TENDON).work > 5
 
 
 @pytest.mark.parametrize("gait", [GAIT, LADEN], ids=["alone", "laden"])

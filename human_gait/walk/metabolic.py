@@ -21,7 +21,7 @@ import numpy as np
 
 from human_gait import data
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import N_DOF, SIDES, index, mirror
+from human_gait.body.skeleton import SIDES, index, mirror
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Samples
@@ -43,8 +43,7 @@ ERROR_RMS, ERROR_LARGEST = _MODEL["error_rms"], _MODEL["error_largest"]
 ERROR = f"\N{PLUS-MINUS SIGN} {100.0 * ERROR_RMS:.0f} %"
 """What stands beside a metabolic number."""
 
-_COMPLIANCE: FloatArray = np.zeros(N_DOF)
-_COMPLIANCE[[index(f"ankle_dorsiflexion_{side}") for side in SIDES]] = 1.0 / ANKLE_TENDON
+_ANKLES = [index(f"ankle_dorsiflexion_{side}") for side in SIDES]
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,9 @@ class MetabolicRate:
         return self.standing + self.net
 
 
-def metabolic_rate(now: Samples, mass: float, heat: float = TORQUE_HEAT) -> MetabolicRate:
+def metabolic_rate(
+    now: Samples, mass: float, heat: float = TORQUE_HEAT, tendon: float = ANKLE_TENDON
+) -> MetabolicRate:
     """Return the mean metabolic rate over the time of some samples, which is to be one step.
 
     Parameters
@@ -86,14 +87,16 @@ def metabolic_rate(now: Samples, mass: float, heat: float = TORQUE_HEAT) -> Meta
         Of the body without a load.
     heat : float, [W/(N m)]
         h.
+    tendon : float, [N m/rad]
+        k of the ankle's flexion.
     """
     time = now.t[-1] - now.t[0]
     torque = np.trapezoid(np.abs(now.active).sum(axis=1), now.t) / time
-    work = np.maximum(fibre_work(now), 0.0).sum() / time
+    work = np.maximum(fibre_work(now, tendon), 0.0).sum() / time
     return MetabolicRate(STANDING_RATE * mass, float(heat * torque), float(work))
 
 
-def fibre_work(now: Samples) -> FloatArray:
+def fibre_work(now: Samples, tendon: float = ANKLE_TENDON) -> FloatArray:
     """Return the work (K, 55) of muscle fibres from each sample of a step to the next, [J].
 
     The last is what a jump of the torques to those of the next step takes, if there is one.
@@ -104,5 +107,6 @@ def fibre_work(now: Samples) -> FloatArray:
     back, tau dtau / k, is the exact difference of its energy tau^2 / 2 k, and nothing over a step.
     """
     tau = np.concatenate([now.active, mirror(now.active[:1])])
-    turn = np.diff(now.q, axis=0, append=now.q[-1:]) + _COMPLIANCE * np.diff(tau, axis=0)
+    turn = np.diff(now.q, axis=0, append=now.q[-1:])
+    turn[:, _ANKLES] += np.diff(tau[:, _ANKLES], axis=0) / tendon
     return np.asarray((tau[1:] + tau[:-1]) / 2 * turn)
