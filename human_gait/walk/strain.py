@@ -130,9 +130,6 @@ def _senses(name: str, i: int) -> tuple[str, str]:
     """Return what a torque about an axis does below and above zero; once if a mirror turns it."""
     if MIRROR_INDEX[i] == i and MIRROR_SIGN[i] < 0:
         return "", name
-    for positive, negative in _OPPOSITE.items():
-        if name.endswith(positive):
-            return name.removesuffix(positive) + negative, name.replace(
-                " rotation", " internal rotation"
-            )
-    raise ValueError(f"{name}: what is the other sense called?")
+    end = next(positive for positive in _OPPOSITE if name.endswith(positive))
+    below, above = name.removesuffix(end) + _OPPOSITE[end], name
+    return below, above.replace(" rotation", " internal rotation")
