@@ -301,7 +301,8 @@ def quickly(read: bool) -> Iterator[None]:
     """
     with contextlib.ExitStack() as patched:
         for target, name, instead in (
-            (panels, "GROUPS", {"Joint angles": ("knee_flexion_deg",)}),
+            (page, "GROUPS", {"Joint angles": ("knee_flexion_deg",)}),
+            (page, "ENERGY_GROUPS", {}),
             (panels, "pictures", lambda *_: ()),
             (page, "page_of", lambda *_, **__: ""),
             (page, "still_address", lambda *_, **__: ""),

@@ -19,6 +19,7 @@ __all__ = [
     "Comparison",
     "Discretisation",
     "DofRange",
+    "Energy",
     "Explanation",
     "Gait",
     "GaitError",
@@ -51,6 +52,7 @@ __all__ = [
     "build_program",
     "compare",
     "drake_plant",
+    "energy",
     "explain",
     "film",
     "load",
@@ -106,6 +108,7 @@ if TYPE_CHECKING:
     from human_gait.solving.newton_solver import NewtonSolver
     from human_gait.solving.solver import Solution, solve
     from human_gait.solving.watch import Iterate
+    from human_gait.walk.energy import Energy, energy
     from human_gait.walk.gait import Gait, Samples
     from human_gait.walks import load, predict
 
@@ -119,6 +122,7 @@ else:
         "Comparison": "people.comparison",
         "Discretisation": "scenario",
         "DofRange": "scenario",
+        "Energy": "walk.energy",
         "Explanation": "reporting.calls",
         "Gait": "walk.gait",
         "GaitError": "exceptions",
@@ -151,6 +155,7 @@ else:
         "build_program": "problem.program",
         "compare": "people.comparison",
         "drake_plant": "checks.models",
+        "energy": "walk.energy",
         "explain": "reporting.calls",
         "film": "playback.film",
         "load": "walks",

@@ -23,6 +23,8 @@ from human_gait.solving.summary import diagnosis_content
 from human_gait.solving.watch import Iterate
 from human_gait.stopping import under_way
 from human_gait.terminal import one_line, screen
+from human_gait.walk.energy import energy, headline
+from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import Record
 
 Tell = Callable[[str], Callable[[Iterate], None]]
@@ -87,8 +89,10 @@ def _line(now: Iterate) -> Text:
     )
 
 
-def show_outcome(kept: Attempt, attempts: list[Attempt], folder: Path) -> None:
-    """Print the checks, the verdict and, where there is no walk, what is wrong and what to try.
+def show_outcome(kept: Attempt, attempts: list[Attempt], folder: Path, gait: Gait) -> None:
+    """Print the checks, how hard the walk is and the verdict.
+
+    Where there is no walk, what is wrong and what to try.
 
     Parameters
     ----------
@@ -97,8 +101,12 @@ def show_outcome(kept: Attempt, attempts: list[Attempt], folder: Path) -> None:
         All of them.
     folder : Path
         Where the result is.
+    gait : Gait
+        What is in it.
     """
     _show_table(kept.checks)
+    for line in headline(energy(gait)) if kept.success else ():
+        screen().print(line, soft_wrap=True)
     show(_verdict(kept, attempts, folder))
     if not kept.success:
         diagnosis = diagnosis_text(diagnosis_content(kept))

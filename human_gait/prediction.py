@@ -176,7 +176,7 @@ def _solve_to_folder(
     before = asked.times
     with _kept_elsewhere(told or folder, {"": attempts}, seed):
         kept, gait = _write(folder, best(attempts), attempts, seed)
-    console.show_outcome(kept, attempts, told or folder)
+    console.show_outcome(kept, attempts, told or folder, gait)
     _draw(gait, folder, told or folder, hurry=asked.times > before)
     return kept
 
@@ -210,8 +210,8 @@ def _elsewhere(name: str, solved: Mapping[str, list[Attempt]], seed: int) -> Pat
     for other in refuges(name):
         with suppress(ResultError):
             for inner, attempts in solved.items():
-                kept, _ = _write(other / inner, best(attempts), attempts, seed)
-                console.show_outcome(kept, attempts, other / inner)
+                kept, gait = _write(other / inner, best(attempts), attempts, seed)
+                console.show_outcome(kept, attempts, other / inner, gait)
             return other
     return None
 
@@ -247,7 +247,7 @@ def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> t
         save_multipliers(gait, new)
         run, digest = under_way(), gait_digest(gait)
         ended = {"time_limit_s": run.limit, "ended_by": None if kept.success else run.over or None}
-        write_json(new / SUMMARY, summary_content(kept, attempts, seed) | ended, digest)
+        write_json(new / SUMMARY, summary_content(kept, attempts, seed, gait) | ended, digest)
         with _not_needed(new / EXPLANATION, AGAIN):
             write_json(new / EXPLANATION, explanation_content(kept.program, kept.solution), digest)
         with _not_needed(new / GAIT_CYCLE, AGAIN):

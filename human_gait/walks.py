@@ -158,7 +158,7 @@ def save(gait: Gait, folder: str | Path) -> Path:
         save_multipliers(saved, new)
         save_gait_cycle(saved, new / GAIT_CYCLE)
         contents = {
-            SUMMARY: summary_content(kept, [kept], seed),
+            SUMMARY: summary_content(kept, [kept], seed, saved),
             EXPLANATION: explanation_content(kept.program, kept.solution),
         }
         for name, content in contents.items():

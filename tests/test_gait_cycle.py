@@ -16,6 +16,7 @@ from human_gait.scenario import Scenario, Walk
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import (
     COLUMNS,
+    FURTHER,
     PERCENT,
     gait_cycle,
     label_and_unit,
@@ -43,7 +44,7 @@ class Standstill:
         grf = np.zeros((len(t), 2, 3))
         grf[:, 0] = self.force
         q, tau = (np.tile(values, (len(t), 1)) for values in (self.q, tau))
-        return SimpleNamespace(t=t, q=q, tau=tau, grf=grf)
+        return SimpleNamespace(t=t, q=q, v=0.0 * q, tau=tau, grf=grf)
 
     def loads(self):
         """The force of the ground on the tip of the right toes."""
@@ -120,6 +121,17 @@ THOUGHT_EXPERIMENTS = {
         {"ankle_dorsiflexion_r": 12},
         lambda q: angle(q, "heel_r", "toe_r", UP, FORWARD),
     ),
+    "ankle_inversion_deg": (
+        {"ankle_inversion_r": 14},
+        lambda q: angle(q, "ball_lateral_r", "ball_medial_r", UP, LEFT),
+    ),
+    "toe_extension_deg": (
+        {"toe_extension_r": 17},
+        lambda q: (
+            angle(q, "toe_extension_r", "toe_r", UP, FORWARD)
+            - angle(np.zeros(55), "toe_extension_r", "toe_r", UP, FORWARD)
+        ),
+    ),
     "trunk_flexion_deg": (
         {"pelvis_rx": 4, "spine1_flexion": 3, "spine3_flexion": 2, "spine4_flexion": 5},
         lambda q: angle(q, "spine4_flexion", "neck_lower_flexion", FORWARD, UP),
@@ -150,7 +162,9 @@ def test_upright_standing_is_the_zero_of_all_angles(column):
 
 
 def test_all_angles_are_covered_by_a_thought_experiment():
-    assert set(THOUGHT_EXPERIMENTS) == {name for name in COLUMNS if name.endswith("_deg")}
+    names = (*COLUMNS, *FURTHER)
+    angles = {name for name in names if name.endswith("_deg") and not name.startswith("left_")}
+    assert set(THOUGHT_EXPERIMENTS) == angles
 
 
 def test_trunk_lean_is_the_sum_of_the_flexions_even_when_turned_and_tilted_sideways():
@@ -204,7 +218,7 @@ def test_the_cycle_runs_from_the_right_heel_strike_to_the_next():
     gait = Standstill()
     cycle = gait_cycle(gait)
     np.testing.assert_allclose(gait.asked, np.linspace(0.5, 1.5, 101))
-    assert tuple(cycle) == COLUMNS
+    assert tuple(cycle) == (*COLUMNS, *FURTHER)
     assert all(values.shape == (101,) for values in cycle.values())
 
 
@@ -228,14 +242,64 @@ def test_the_first_half_is_the_other_legs_step():
     )
 
 
+def any_gait():
+    """Some motion: neither a walk nor symmetric within the step."""
+    scenario = Scenario("case", Walk(1.2, 0.66))
+    control_points = np.random.default_rng(5).uniform(-0.05, 0.05, (9, 55))
+    control_points[:, skeleton.index("pelvis_ty")] = 0.9
+    return Gait(scenario, np.linspace(0, scenario.walk.step_time, 7), control_points)
+
+
+def test_the_left_leg_does_half_a_cycle_later_what_the_right_leg_does():
+    cycle = gait_cycle(any_gait())
+    left = [name for name in FURTHER if name.startswith("left_")]
+    legs = {name.removeprefix("left_") for name in left}
+    assert legs >= {name for name in COLUMNS if name.startswith(("hip", "knee", "ankle"))}
+    assert legs >= {name for name in COLUMNS if name.endswith("_BW")}
+    for name in left:
+        right, scale = cycle[name.removeprefix("left_")], np.abs(cycle[name]).max()
+        assert scale > 0
+        np.testing.assert_allclose(cycle[name][50:], right[:51], atol=1e-9 * scale)
+        np.testing.assert_allclose(cycle[name][:51], right[50:], atol=1e-9 * scale)
+
+
+def test_what_bends_or_turns_the_trunk_changes_sides_from_step_to_step():
+    cycle = gait_cycle(any_gait())
+    for name, sign in (("extension", 1), ("bending_right", -1), ("rotation_left", -1)):
+        curve = cycle[f"L5S1_{name}_Nm_per_kg"]
+        np.testing.assert_allclose(curve[50:], sign * curve[:51], atol=1e-9 * np.abs(curve).max())
+
+
+def test_a_power_is_moment_times_velocity_of_one_axis_or_of_all():
+    gait = any_gait()
+    cycle, t = gait_cycle(gait), gait.step_time * (1 + PERCENT / 50)
+    power = gait.tau(t) * gait.v(t) / gait.body.subject.mass
+    for joint, axes in (
+        ("hip", ("hip_flexion", "hip_abduction", "hip_rotation")),
+        ("knee", ("knee_flexion",)),
+        ("ankle", ("ankle_dorsiflexion", "ankle_inversion")),
+    ):
+        each = [power[:, skeleton.index(f"{axis}_r")] for axis in axes]
+        np.testing.assert_allclose(cycle[f"{joint}_W_per_kg"], sum(each), rtol=1e-9)
+        if joint != "knee":
+            np.testing.assert_allclose(cycle[f"{joint}_sagittal_W_per_kg"], each[0], rtol=1e-9)
+
+
+def test_a_load_in_front_takes_the_extensors_of_the_back():
+    bowed = first_row(Standstill(posture(spine1_flexion=15)))
+    assert bowed["L5S1_extension_Nm_per_kg"] > 0.1
+    to_the_left = first_row(Standstill(posture(spine1_lateral=-3, spine2_lateral=-6)))
+    assert to_the_left["L5S1_bending_right_Nm_per_kg"] > 0.05
+
+
 def test_what_is_saved_is_read_back(tmp_path):
     gait = Standstill(posture(hip_flexion_r=20, knee_flexion_r=40), (10, 700, -30))
     save_gait_cycle(gait, tmp_path / "gait_cycle.csv")
     read, cycle = load_gait_cycle(tmp_path / "gait_cycle.csv"), gait_cycle(gait)
-    for column in COLUMNS:
+    for column in (*COLUMNS, *FURTHER):
         np.testing.assert_allclose(read[column], cycle[column], rtol=1e-8, atol=1e-9)
     lines = (tmp_path / "gait_cycle.csv").read_text().splitlines()
-    assert lines[0] == ",".join(COLUMNS)
+    assert lines[0] == ",".join((*COLUMNS, *FURTHER))
     assert len(lines) == 102
 
 
@@ -243,6 +307,14 @@ def test_a_column_more_is_no_harm(tmp_path):
     save_gait_cycle(Standstill(), tmp_path / "cycle.csv")
     lines = (tmp_path / "cycle.csv").read_text().splitlines()
     (tmp_path / "cycle.csv").write_text("\n".join(f"{line},{k}" for k, line in enumerate(lines)))
+    assert tuple(load_gait_cycle(tmp_path / "cycle.csv")) == (*COLUMNS, *FURTHER)
+
+
+def test_a_file_of_an_older_version_has_the_first_columns_alone(tmp_path):
+    save_gait_cycle(Standstill(), tmp_path / "cycle.csv")
+    lines = (tmp_path / "cycle.csv").read_text().splitlines()
+    old = [",".join(line.split(",")[: len(COLUMNS)]) for line in lines]
+    (tmp_path / "cycle.csv").write_text("\n".join(old))
     assert tuple(load_gait_cycle(tmp_path / "cycle.csv")) == COLUMNS
 
 
@@ -285,9 +357,12 @@ def test_a_missing_file_is_refused(tmp_path):
 
 
 def test_every_column_has_a_name_and_a_unit():
-    named = [label_and_unit(column) for column in COLUMNS[1:]]
+    named = [label_and_unit(column) for column in (*COLUMNS[1:], *FURTHER)]
     assert len(set(named)) == len(named)
     assert label_and_unit("hip_extension_Nm_per_kg") == ("hip extension moment", "N m/kg")
     assert label_and_unit("vertical_up_BW") == ("vertical force", "BW")
+    assert label_and_unit("left_vertical_up_BW") == ("left vertical force", "BW")
+    assert label_and_unit("L5S1_extension_Nm_per_kg") == ("L5/S1 extension moment", "N m/kg")
+    assert label_and_unit("hip_sagittal_W_per_kg") == ("hip sagittal power", "W/kg")
     assert label_and_unit("knee_flexion_deg") == ("knee flexion", "deg")
     assert len(PERCENT) == 101

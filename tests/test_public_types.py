@@ -111,6 +111,8 @@ print(knee, gait.muscle_torque([0.1, 0.2]).shape, gait.to_dataframe())
 files = gait.export(gait.save("out/mine") / "export", "csv", rate=100)
 print(files[0].name, hg.load("out/mine") == gait, hg.compare("out/mine").scores[0].r)
 print(hg.report([gait, "out/mine"], out="report.html").name, hg.explain(gait).bounds[0].saving)
+found: hg.Energy = hg.energy("out/mine")
+print(found.cost_of_transport, found.joints[0].positive, found.spine[0].mean, found.to_dict())
 shown = hg.play(gait, inline=True)
 plant, model = hg.drake_plant(gait), hg.pinocchio_model(hg.Subject.default("female"))
 """

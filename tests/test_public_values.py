@@ -51,6 +51,7 @@ def values():
         "Checks": checks,
         "Comparison": hg.compare(gait),
         "DofRange": hg.DofRange("knee_flexion_r", 0.0, 90.0),
+        "Energy": hg.energy(gait),
         "Explanation": hg.explain(gait),
         "Gait": gait,
         "GaitError": hg.GaitError("it is so"),
@@ -122,6 +123,7 @@ CHANGED = {
     "Check": lambda check: replace(check, limit=check.limit + 1e-9),
     "Checks": lambda checks: hg.Checks(checks[1:]),
     "Comparison": lambda found: replace(found, speed=found.speed + 1e-9),
+    "Energy": lambda found: replace(found, effort=found.effort + 1e-9),
     "Gait": lambda gait: replace(gait, control_points=gait.control_points + 1e-12),
     "Samples": lambda now: replace(now, grf=now.grf + 1e-9),
     "Scenario": lambda scenario: scenario.replace(friction=0.4),
@@ -185,7 +187,7 @@ def test_what_a_person_wants_to_know_of_a_gait():
     assert "no walk" in repr(replace(gait, solution={"success": False}))
 
 
-@pytest.mark.parametrize("name", ["Checks", "Comparison", "Gait"])
+@pytest.mark.parametrize("name", ["Checks", "Comparison", "Energy", "Gait"])
 def test_a_notebook_shows_it_as_html(name):
     shown = html.fromstring(values()[name]._repr_html_())
     assert shown.xpath("//table | //pre")

@@ -20,7 +20,7 @@ from human_gait.results.sealed import write_json
 from human_gait.results.shapes import RESULT_SHAPE
 from human_gait.walk.belonging import own_gait
 from human_gait.walk.described import gait_digest
-from human_gait.walk.gait_cycle import gait_cycle, label_and_unit
+from human_gait.walk.gait_cycle import COLUMNS, gait_cycle, label_and_unit
 
 
 @dataclass(frozen=True)
@@ -78,8 +78,8 @@ def _relative(cost: float | None, first: float | None) -> float | None:
 
 
 def curve_differences(one: Cycle, other: Cycle) -> list[CurveDifference]:
-    """Return the differences of all curves of two gait cycles."""
-    return [_difference(name, one[name], other[name]) for name in list(one)[1:]]
+    """Return the differences of the curves of two gait cycles, ``COLUMNS`` but the first."""
+    return [_difference(name, one[name], other[name]) for name in COLUMNS[1:]]
 
 
 def _difference(name: str, one: Any, other: Any) -> CurveDifference:

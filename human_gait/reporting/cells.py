@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from human_gait.reporting.results import Result
@@ -62,6 +62,16 @@ def number(value: float, form: str = ".3g", mark: str = "") -> Cell:
     if math.isnan(value):
         return Cell("\N{EN DASH}", mark=mark)
     return Cell(format(value, form).replace("-", _MINUS), float(value), mark)
+
+
+Row = tuple[str, Callable[[Result], Cell]]
+"""What a row is about, and the cell of a result in it."""
+
+
+def by_result(heading: str, results: Sequence[Result], rows: Sequence[Row]) -> Table:
+    """Return a table with a column for each result."""
+    cells = tuple((Cell(name), *(cell(one) for one in results)) for name, cell in rows)
+    return Table((heading, *(one.label for one in results)), cells)
 
 
 def groups(own: int, results: Sequence[Result], span: int) -> tuple[tuple[str, int], ...]:

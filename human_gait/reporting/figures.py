@@ -27,7 +27,7 @@ from human_gait.pictures.style import (
     mark_phases,
     widen,
 )
-from human_gait.walk.gait_cycle import COLUMNS, label_and_unit
+from human_gait.walk.gait_cycle import COLUMNS, POWERS, TRUNK_MOMENTS, label_and_unit
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
@@ -88,11 +88,18 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
 }
 """Columns of the gait cycle by the heading that they are shown under."""
 
-_QUANTITIES = {"deg": "angle", "N m/kg": "moment", "BW": "force"}
+ENERGY_GROUPS: Mapping[str, tuple[str, ...]] = {
+    "Joint powers": POWERS,
+    "Moments of L5/S1": TRUNK_MOMENTS,
+}
+"""The same for the section on energy."""
+
+_QUANTITIES = {"deg": "angle", "N m/kg": "moment", "BW": "force", "W/kg": "power"}
 _LEAST = {
     "deg": 2.0,
     "N m/kg": 0.1,
     "BW": 0.05,
+    "W/kg": 0.2,
 }  # span of a vertical axis: noise is not to look large
 _SIZE = (3.3, 2.1)  # [inch]
 _PLACE = (0.21, 0.2, 0.74, 0.755)  # of the axes: the same in all panels
@@ -118,7 +125,7 @@ def curve_panel(
     Parameters
     ----------
     column : str
-        One of ``gait_cycle.COLUMNS``.
+        One of ``gait_cycle.COLUMNS`` or ``FURTHER``.
     cycles : sequence of mapping of str to (101,) array
         At most as many as there are `RESULTS`.
     measured : sequence of Reference

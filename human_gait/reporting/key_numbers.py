@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from human_gait.body.skeleton import GRAVITY, N_DOF
+from human_gait.body.skeleton import GRAVITY
 from human_gait.reporting.cells import Cell, Table, number
 from human_gait.reporting.results import Result
-
-_GLOBAL = 6  # degrees of freedom that no joint drives
+from human_gait.walk.metabolic import ERROR
 
 
 @dataclass(frozen=True)
@@ -25,7 +24,7 @@ class Quantity:
     of : function
         Takes a result and returns the number.
     kind : str
-        ``angle``: what changes is told in degrees; ``torque``, ``force``, ``effort``: in per cent.
+        ``angle``: what changes is told in degrees; of all others in per cent.
     """
 
     label: str
@@ -49,15 +48,21 @@ def _force(one: Result) -> float:
     return float(np.max(one.cycle["vertical_up_BW"]) * weight)
 
 
-def joint_work(one: Result) -> float:
-    """Return the positive work of all joints in one step, [J]."""
-    stride = one.gait.stride
-    power = stride.tau[:, _GLOBAL:N_DOF] * stride.v[:, _GLOBAL:N_DOF]
-    return float(np.trapezoid(np.maximum(power, 0.0).sum(axis=1), stride.t) / 2)
-
-
-EFFORT = Quantity("effort, Eq. (18)", "N² m² s", ".1f", lambda one: one.outcome.cost, "effort")
-WORK = Quantity("positive work of the joints in a step", "J", ".1f", joint_work, "effort")
+COST = Quantity(
+    f"metabolic cost of transport, {ERROR}",
+    "J/(kg m)",
+    ".2f",
+    lambda one: one.energy.cost_of_transport,
+    "energy",
+)
+WORK = Quantity(
+    "positive work of the joints",
+    "J/(kg m)",
+    ".2f",
+    lambda one: one.energy.per_kg_and_metre(one.energy.positive_work),
+    "energy",
+)
+EFFORT = Quantity("effort, Eq. (18)", "N² m² s", ".1f", lambda one: one.energy.effort, "effort")
 
 
 def _angle(label: str, of: Callable[[Result], float]) -> Quantity:
@@ -69,6 +74,29 @@ def _peak_torque(name: str) -> Quantity:
 
 
 QUANTITIES: Sequence[Quantity] = (
+    COST,
+    WORK,
+    Quantity(
+        "positive work of the joints in a step",
+        "J",
+        ".1f",
+        lambda one: one.energy.positive_work,
+        "energy",
+    ),
+    Quantity(
+        "peak L5/S1 extension moment",
+        "N m",
+        ".1f",
+        lambda one: one.energy.spine[0].greatest,
+        "moment",
+    ),
+    Quantity(
+        "muscle torque nearest to its strength",
+        "% of strength",
+        ".0f",
+        lambda one: 100.0 * one.energy.strength[0].share,
+        "strength",
+    ),
     _angle("largest hip flexion", _peak("hip_flexion_deg")),
     _angle("least hip flexion", _peak("hip_flexion_deg", np.min)),
     _angle("largest knee flexion", _peak("knee_flexion_deg")),
@@ -76,7 +104,6 @@ QUANTITIES: Sequence[Quantity] = (
     _angle("mean forward lean of the trunk", _peak("trunk_flexion_deg", np.mean)),
     *map(_peak_torque, ("hip extension", "knee extension", "ankle plantarflexion")),
     Quantity("peak force of the ground on a foot", "N", ".0f", _force, "force"),
-    WORK,
     EFFORT,
 )
 """The key numbers, of the right leg where there are two."""
@@ -121,19 +148,21 @@ def _alone(one: Result) -> str:
     peaks = {q.label: q.of(one) for q in QUANTITIES if q.kind == "torque"}
     who = "woman" if subject.sex == "female" else "man"
     hardest = max(peaks, key=lambda label: peaks[label])
+    cost, work = one.energy.cost_of_transport, one.energy.positive_work
     return (
         f"A {who} of {subject.stature:.4g} m and {subject.mass:.4g} kg{carries} walks at "
         f"{walk.speed:.4g} m/s with steps of {walk.step_length:.4g} m: the {hardest} is "
-        f"{peaks[hardest]:.0f} N m, the joints do {joint_work(one):.0f} J of work in a step."
+        f"{peaks[hardest]:.0f} N m, the joints do {work:.0f} J of work in a step, and it costs "
+        f"{cost:.1f} J of metabolic energy per kilogram and metre ({ERROR})."
     )
 
 
 def _against(first: Result, one: Result) -> str:
-    effort, work = (_change(q, q.of(first), q.of(one)).text for q in (EFFORT, WORK))
+    cost, work, effort = (_change(q, q.of(first), q.of(one)).text for q in (COST, WORK, EFFORT))
     torque, angle = _most_changed(first, one, "torque"), _most_changed(first, one, "angle")
     return (
-        f"{one.label} against {first.label}: effort {effort}, positive work of the joints {work}; "
-        f"most changed are the {torque} and the {angle}."
+        f"{one.label} against {first.label}: metabolic cost of transport {cost}, positive work of "
+        f"the joints {work}; most changed are the {torque} and the {angle}; effort {effort}."
     )
 
 

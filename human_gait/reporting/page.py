@@ -21,8 +21,15 @@ from human_gait.exceptions import ResultError
 from human_gait.people.reference import references_near
 from human_gait.playback.page import page_marks, page_of
 from human_gait.playback.still import still_address
-from human_gait.reporting import check_tables, key_numbers, panels, people_tables, tables
-from human_gait.reporting.figures import RESULTS
+from human_gait.reporting import (
+    check_tables,
+    energy_tables,
+    key_numbers,
+    panels,
+    people_tables,
+    tables,
+)
+from human_gait.reporting.figures import ENERGY_GROUPS, GROUPS, RESULTS
 from human_gait.reporting.results import Result, read_results
 from human_gait.results.folder import whole_file
 from human_gait.results.names import REPORT
@@ -118,7 +125,9 @@ def _view(results: Sequence[Result]) -> dict[str, Any]:
         "key_numbers": key_numbers.key_numbers(results),
         "playback": page_of(gaits, called=labels),
         "still": still_address(gaits, labels),
-        "groups": list(panels.curves(results, measured)),
+        "groups": list(panels.curves(results, measured, GROUPS)),
+        "energy_groups": list(panels.curves(results, measured, ENERGY_GROUPS)),
+        "energy_tables": energy_tables,
         "pictures": list(panels.pictures(results)),
         "measured": measured,
         "recipes": list(map(_recipe, results)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from markupsafe import Markup
@@ -10,7 +10,7 @@ from markupsafe import Markup
 from human_gait.people.reference import Reference
 from human_gait.pictures.footprints import zmp
 from human_gait.pictures.sticks import stick_diagram
-from human_gait.reporting.figures import GROUPS, MEASURED, RESULTS, Line, curve_panel, styled, svg
+from human_gait.reporting.figures import MEASURED, RESULTS, Line, curve_panel, styled, svg
 from human_gait.reporting.figures import variable as colour_variable
 from human_gait.reporting.results import Result
 from human_gait.walk.gait import Gait
@@ -51,10 +51,14 @@ def _common_phases(results: Sequence[Result]) -> Gait | None:
     return results[0].gait if len(phases) == 1 else None
 
 
-def curves(results: Sequence[Result], measured: Sequence[Reference]) -> Iterator[Curves]:
-    """Yield the groups of curves."""
+def curves(
+    results: Sequence[Result],
+    measured: Sequence[Reference],
+    groups: Mapping[str, Sequence[str]],
+) -> Iterator[Curves]:
+    """Yield groups of curves, by their headings."""
     cycles, gait = [one.cycle for one in results], _common_phases(results)
-    for heading, columns in GROUPS.items():
+    for heading, columns in groups.items():
         panels = []
         for column in columns:
             title = _capital(label_and_unit(column)[0])

@@ -15,6 +15,7 @@ from human_gait.results.names import EXPLANATION, GAIT_FILE, REPORT, SUMMARY
 from human_gait.results.reading import AGAIN, read_json
 from human_gait.results.shapes import EXPLANATION_SHAPE
 from human_gait.walk.belonging import own_gait
+from human_gait.walk.energy import Energy, energy
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import gait_cycle
 
@@ -54,6 +55,7 @@ class Result:
     folder : Path
     gait : Gait
     cycle : mapping of str to (101,) array
+    energy : Energy
     outcome : Outcome
     bounds : tuple of Bound
     comparison : Comparison or None
@@ -64,6 +66,7 @@ class Result:
     folder: Path
     gait: Gait
     cycle: Cycle
+    energy: Energy
     outcome: Outcome
     bounds: tuple[Bound, ...]
     comparison: Comparison | None
@@ -106,7 +109,8 @@ def _check_files(folder: Path) -> None:
 def _result(label: str, folder: Path, gait: Gait) -> Result:
     outcome, cycle = read_outcome(folder), gait_cycle(gait)
     comparison = _comparison(folder, gait, outcome)
-    return Result(label, folder, gait, cycle, outcome, read_bounds(folder), comparison)
+    bounds = read_bounds(folder)
+    return Result(label, folder, gait, cycle, energy(gait), outcome, bounds, comparison)
 
 
 def _comparison(folder: Path, gait: Gait, outcome: Outcome) -> Comparison | None:

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from human_gait.body.limits import mirrored_limits
 from human_gait.reporting.agreement import CurveDifference, curve_differences
-from human_gait.reporting.cells import Cell, Table, curve_cells, form_of, groups, number
+from human_gait.reporting.cells import (
+    Cell,
+    Row,
+    Table,
+    by_result,
+    curve_cells,
+    form_of,
+    groups,
+    number,
+)
 from human_gait.reporting.outcome import Finding
 from human_gait.reporting.results import Result
 from human_gait.settings.departures import departures
 from human_gait.walk.gait_cycle import COLUMNS
 
 _BOUNDS = 12  # of those that shape a walk
-
-
-Row = tuple[str, Callable[[Result], Cell]]
 
 
 # What was asked, what came out
@@ -57,7 +63,7 @@ def _moved(one: Result) -> str:
 
 def asked(results: Sequence[Result]) -> Table:
     """Return what was asked for; what differs between results is marked."""
-    table = _by_result("asked for", results, _ASKED)
+    table = by_result("asked for", results, _ASKED)
     return replace(table, rows=tuple(map(_differing, table.rows)))
 
 
@@ -69,7 +75,7 @@ def _differing(row: tuple[Cell, ...]) -> tuple[Cell, ...]:
 
 def solved(results: Sequence[Result]) -> Table:
     """Return how the walks were solved."""
-    return _by_result("solved", results, _SOLVED)
+    return by_result("solved", results, _SOLVED)
 
 
 _SOLVED: Sequence[Row] = (
@@ -84,6 +90,7 @@ _SOLVED: Sequence[Row] = (
     ("evaluations", lambda one: number(one.outcome.evaluations, "d")),
     ("variables", lambda one: number(one.outcome.n_variables, "d")),
     ("constraints", lambda one: number(one.outcome.n_constraints, "d")),
+    ("cost, what was minimised [N² m² s]", lambda one: number(one.outcome.cost, ".1f")),
 )
 
 
@@ -96,12 +103,6 @@ def _passed(checks: Sequence[Finding]) -> Cell:
     return Cell(f"{passed} of {len(checks)}", mark="good" if passed == len(checks) else "bad")
 
 
-def _by_result(heading: str, results: Sequence[Result], rows: Sequence[Row]) -> Table:
-    """Return a table with a column for each result."""
-    cells = tuple((Cell(name), *(cell(one) for one in results)) for name, cell in rows)
-    return Table((heading, *(one.label for one in results)), cells)
-
-
 def trials(result: Result) -> Table:
     """Return every attempt at solving."""
     columns = (
@@ -109,9 +110,9 @@ def trials(result: Result) -> Table:
         "solver",
         "status",
         "walk",
-        "effort [N² m² s]",
         "time [s]",
         "checks failed",
+        "cost [N² m² s]",
     )
     rows = tuple(
         (
@@ -119,9 +120,9 @@ def trials(result: Result) -> Table:
             Cell(trial.solver),
             Cell(trial.status),
             _verdict(trial.success),
-            number(trial.cost, ".1f"),
             number(trial.wall_time, ".1f"),
             Cell(", ".join(trial.failed) or "none"),
+            number(trial.cost, ".1f"),
         )
         for trial in result.outcome.trials
     )

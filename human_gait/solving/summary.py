@@ -18,6 +18,7 @@ from human_gait.solving.shadow_prices import influences
 from human_gait.solving.solver import Solution
 from human_gait.solving.starts import Attempt
 from human_gait.walk.described import with_story
+from human_gait.walk.energy import energy
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import load_record, save_gait
 
@@ -27,7 +28,9 @@ OWN_BOUNDS = "own_bounds"
 PACKAGES = ("human-gait", "drake", "daqp", "pin", "numpy", "scipy")
 
 
-def summary_content(kept: Attempt, attempts: list[Attempt], seed: int) -> dict[str, Any]:
+def summary_content(
+    kept: Attempt, attempts: list[Attempt], seed: int, gait: Gait
+) -> dict[str, Any]:
     """Return what ``summary.json`` tells.
 
     Parameters
@@ -37,6 +40,8 @@ def summary_content(kept: Attempt, attempts: list[Attempt], seed: int) -> dict[s
         All of them, in their order.
     seed : int
         Of the random starts.
+    gait : Gait
+        What was written of the attempt.
     """
     program, solution, checks = kept.program, kept.solution, kept.checks
     scenario = program.scenario
@@ -71,6 +76,7 @@ def summary_content(kept: Attempt, attempts: list[Attempt], seed: int) -> dict[s
         "step_length_m": scenario.walk.step_length,
         "body_mass_kg": scenario.subject.mass,
         "load_kg": scenario.load.mass,
+        "energy": energy(gait).to_dict(),
         "limits_by_symmetry": mirrored_limits(scenario),
         "settings_that_move_limits": [asdict(one) for one in departures(scenario)],
         "scenario": scenario.to_dict(),

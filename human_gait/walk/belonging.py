@@ -153,8 +153,9 @@ def _of_another(found: Mapping[str, Any], gait: Gait) -> str:
 
 def _of_cycle(path: Path, gait: Gait) -> str:
     found, right = load_gait_cycle(path), gait_cycle(gait)
-    for name, curve in right.items():
-        if np.abs(found[name] - curve).max() > _CLOSE * max(np.abs(curve).max(), 1e-3):
+    for name, read in found.items():  # an older version wrote fewer
+        curve = right[name]
+        if np.abs(read - curve).max() > _CLOSE * max(np.abs(curve).max(), 1e-3):
             return f"{name} is not that of {GAIT_FILE} beside it"
     return ""
 

@@ -1,10 +1,15 @@
 """The right leg's gait cycle, from its heel strike to the next, in the signs of gait laboratories.
 
+``COLUMNS`` are what every file has and people are compared in; ``FURTHER`` are moments of the other
+planes and of the lower back, joint powers, and the left leg at the same times, which does half a
+cycle later what the right leg does.
+
 Angles are those of the degrees of freedom; the three of the pelvis (obliquity, tilt, rotation, in
 this order) agree with other sequences to second order in small angles. Moments are internal net
 moments about the same axes, inverse dynamics' own: they extend the hip, abduct it, extend the knee
-and plantarflex the ankle when positive. They are per mass and the ground reaction per weight of the
-body alone, without a load.
+and plantarflex the ankle when positive. Powers are moments times velocities, of one axis or of
+all axes of a joint; they are positive where it gives energy. Moments and powers are per mass and
+the ground reaction is per weight of the body alone, without a load.
 """
 
 from __future__ import annotations
@@ -59,6 +64,35 @@ _FORCES: Mapping[str, int] = {
     "foreaft_forward_BW": 2,
     "mediolateral_medial_BW": 0,
 }
+_FURTHER_ANGLES: Signed = {
+    "ankle_inversion_deg": ("ankle_inversion_r", 1.0),
+    "toe_extension_deg": ("toe_extension_r", 1.0),
+}
+_FURTHER_MOMENTS: Signed = {
+    "hip_internal_rotation_Nm_per_kg": ("hip_rotation_r", 1.0),
+    "ankle_inversion_Nm_per_kg": ("ankle_inversion_r", 1.0),
+    "toe_flexion_Nm_per_kg": ("toe_extension_r", -1.0),
+}
+_TRUNK: Signed = {
+    "L5S1_extension_Nm_per_kg": ("spine1_flexion", -1.0),
+    "L5S1_bending_right_Nm_per_kg": ("spine1_lateral", 1.0),
+    "L5S1_rotation_left_Nm_per_kg": ("spine1_rotation", 1.0),
+}
+# Column: degrees of freedom whose powers it adds up.
+_POWERS: Mapping[str, tuple[str, ...]] = {
+    "hip_sagittal_W_per_kg": ("hip_flexion_r",),
+    "hip_W_per_kg": ("hip_flexion_r", "hip_abduction_r", "hip_rotation_r"),
+    "knee_W_per_kg": ("knee_flexion_r",),
+    "ankle_sagittal_W_per_kg": ("ankle_dorsiflexion_r",),
+    "ankle_W_per_kg": ("ankle_dorsiflexion_r", "ankle_inversion_r"),
+}
+_LEG_ANGLES: Signed = {
+    **{name: one for name, one in _PELVIS_AND_LEG.items() if not name.startswith("pelvis")},
+    **_FURTHER_ANGLES,
+}
+_LEG_MOMENTS: Signed = {**_MOMENTS, **_FURTHER_MOMENTS}
+
+_LEFT = "left_"
 
 COLUMNS: tuple[str, ...] = (
     "gait_cycle_percent",
@@ -68,7 +102,19 @@ COLUMNS: tuple[str, ...] = (
     *_MOMENTS,
     *_FORCES,
 )
-"""Columns of ``gait_cycle.csv``."""
+"""The first columns of ``gait_cycle.csv``, those of the right leg that people are compared in."""
+
+FURTHER: tuple[str, ...] = (
+    *_FURTHER_ANGLES,
+    *_FURTHER_MOMENTS,
+    *_TRUNK,
+    *_POWERS,
+    *(_LEFT + name for name in (*_LEG_ANGLES, *_LEG_MOMENTS, *_POWERS, *_FORCES)),
+)
+"""The columns after these; files of older versions do not have them."""
+
+POWERS, TRUNK_MOMENTS = tuple(_POWERS), tuple(_TRUNK)
+"""Columns with the powers of the right leg, and with the moments of L5/S1."""
 
 _FORCE_LABELS = {
     "vertical_up": "vertical force",
@@ -79,36 +125,72 @@ _FORCE_LABELS = {
 
 def label_and_unit(column: str) -> tuple[str, str]:
     """Return what a column is called in tables and plots, and its unit."""
+    if column.startswith(_LEFT):
+        label, unit = label_and_unit(column.removeprefix(_LEFT))
+        return f"left {label}", unit
     if column.endswith("_BW"):
         return _FORCE_LABELS[column.removesuffix("_BW")], "BW"
     if column.endswith("_Nm_per_kg"):
-        return column.removesuffix("_Nm_per_kg").replace("_", " ") + " moment", "N m/kg"
+        words = column.removesuffix("_Nm_per_kg").replace("L5S1", "L5/S1").replace("_", " ")
+        return f"{words} moment", "N m/kg"
+    if column.endswith("_W_per_kg"):
+        return column.removesuffix("_W_per_kg").replace("_", " ") + " power", "W/kg"
     return column.removesuffix("_deg").replace("_", " "), "deg"
 
 
 def gait_cycle(gait: Gait) -> dict[str, FloatArray]:
-    """Return the gait cycle of the right leg, each of ``COLUMNS`` as a (101,) array.
+    """Return the gait cycle of the right leg, (101,) arrays by ``COLUMNS`` and ``FURTHER``.
 
     Parameters
     ----------
     gait : Gait
         Its step runs from left to right heel strike: the right leg's cycle is t = T ... 3 T.
     """
-    instants = gait.instants(gait.step_time * (1.0 + PERCENT / 50.0))
+    now = gait.instants(gait.step_time * (1.0 + PERCENT / 50.0))
     mass = gait.body.subject.mass
-    tau, force = instants.tau / mass, instants.grf[:, 0] / (mass * skeleton.GRAVITY)
+    q, tau, power = np.rad2deg(now.q), now.tau / mass, now.tau * now.v / mass
+    force = now.grf / (mass * skeleton.GRAVITY)
+    left = {
+        **_signed(_LEG_ANGLES, q, "l"),
+        **_signed(_LEG_MOMENTS, tau, "l"),
+        **_added(_POWERS, power, "l"),
+        **_on_foot(force[:, 1] * (-1.0, 1.0, 1.0)),  # medial of the left foot is to the right
+    }
     return {
         "gait_cycle_percent": PERCENT.copy(),
-        **_signed(_PELVIS_AND_LEG, np.rad2deg(instants.q)),
-        "trunk_flexion_deg": np.rad2deg(trunk_lean(gait.body.table, instants.q)),
-        **_signed(_ARM, np.rad2deg(instants.q)),
+        **_signed(_PELVIS_AND_LEG, q),
+        "trunk_flexion_deg": np.rad2deg(trunk_lean(gait.body.table, now.q)),
+        **_signed(_ARM, q),
         **_signed(_MOMENTS, tau),
-        **{column: force[:, axis] for column, axis in _FORCES.items()},
+        **_on_foot(force[:, 0]),
+        **_signed(_FURTHER_ANGLES, q),
+        **_signed(_FURTHER_MOMENTS, tau),
+        **_signed(_TRUNK, tau),
+        **_added(_POWERS, power),
+        **{_LEFT + name: curve for name, curve in left.items()},
     }
 
 
-def _signed(columns: Signed, values: FloatArray) -> dict[str, FloatArray]:
-    return {name: sign * values[:, skeleton.index(dof)] for name, (dof, sign) in columns.items()}
+def _signed(columns: Signed, values: FloatArray, side: str = "r") -> dict[str, FloatArray]:
+    return {name: sign * values[:, _of(dof, side)] for name, (dof, sign) in columns.items()}
+
+
+def _added(
+    columns: Mapping[str, tuple[str, ...]], values: FloatArray, side: str = "r"
+) -> dict[str, FloatArray]:
+    return {
+        name: values[:, [_of(dof, side) for dof in dofs]].sum(axis=1)
+        for name, dofs in columns.items()
+    }
+
+
+def _on_foot(force: FloatArray) -> dict[str, FloatArray]:
+    return {column: force[:, axis] for column, axis in _FORCES.items()}
+
+
+def _of(dof: str, side: str) -> int:
+    """Return the index of a degree of freedom of the right side, or of its like on another side."""
+    return skeleton.index(f"{dof[:-1]}{side}" if dof.endswith("_r") else dof)
 
 
 def trunk_lean(table: DHTable, q: FloatArray) -> FloatArray:
@@ -132,26 +214,28 @@ def trunk_lean(table: DHTable, q: FloatArray) -> FloatArray:
 
 
 def save_gait_cycle(gait: Gait, path: str | Path) -> None:
-    """Write the gait cycle of the right leg as CSV, ``COLUMNS`` by 101 rows."""
+    """Write the gait cycle as CSV, ``COLUMNS`` and ``FURTHER`` by 101 rows."""
     cycle = gait_cycle(gait)
-    values = np.column_stack([cycle[column] for column in COLUMNS]) + 0.0  # no -0
+    values = np.column_stack(list(cycle.values())) + 0.0  # no -0
     lines = [",".join(f"{value:.9g}" for value in row) for row in values.tolist()]
-    Path(path).write_text("\n".join([",".join(COLUMNS), *lines, ""]), encoding="utf-8")
+    Path(path).write_text("\n".join([",".join(cycle), *lines, ""]), encoding="utf-8")
 
 
 def load_gait_cycle(path: str | Path) -> dict[str, FloatArray]:
-    """Read what `save_gait_cycle` wrote; further columns are ignored.
+    """Read what `save_gait_cycle` wrote, now or before there was `FURTHER`; others are ignored.
 
     Raises
     ------
     ResultError
-        If the file cannot be read, lacks a column or holds anything but 101 rows of numbers.
+        If the file cannot be read, lacks one of `COLUMNS` or holds anything but 101 rows of
+        numbers.
     """
     header, values = _read_csv(Path(path))
     missing = [column for column in COLUMNS if column not in header]
     if missing:
         raise ResultError(f"{path}: no column {', '.join(missing)}")
-    cycle = {column: values[:, header.index(column)] for column in COLUMNS}
+    known = (*COLUMNS, *(column for column in FURTHER if column in header))
+    cycle = {column: values[:, header.index(column)] for column in known}
     if not np.array_equal(cycle["gait_cycle_percent"], PERCENT):
         raise ResultError(f"{path}: gait_cycle_percent must count from 0 to 100")
     return cycle

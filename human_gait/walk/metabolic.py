@@ -1,0 +1,112 @@
+"""The metabolic rate of a walk, by a model of joint torques.
+
+    P = p_0 M + h sum_i |tau_i| + sum_i max(tau_i (v_i + dtau_i/dt / k_i), 0)
+
+averaged over a step. M is the body mass and p_0 the rate of standing; tau_i are the muscle torques.
+The second part is heat: muscles that hold cost without work. The third is the positive work of the
+muscle fibres, which a tendon of stiffness k_i is in series with: while the torque rises it gives
+way, and as the torque falls it gives back what no fibre has to do (the ankle in push-off; all other
+joints have k = infinity). The constants stand in ``data/metabolic_model.csv``.
+
+``benchmarks/energy_fit.py`` calibrates h on the oxygen that people take at seven speeds and tells
+the error. The model is for level walking at 0.7 to 1.8 m/s.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from human_gait import data
+from human_gait.arrays import FloatArray
+from human_gait.body.skeleton import SIDES, index, mirror
+
+if TYPE_CHECKING:
+    from human_gait.walk.gait import Samples
+
+_MODEL = {row["name"]: float(row["value"]) for row in data.rows("metabolic_model")}
+
+STANDING_RATE = _MODEL["standing_rate"]
+"""p_0, [W/kg]."""
+
+TORQUE_HEAT = _MODEL["torque_heat"]
+"""h, [W/(N m)]."""
+
+ANKLE_TENDON = _MODEL["ankle_tendon_stiffness"]
+"""k of the ankle's flexion, [N m/rad]."""
+
+ERROR_RMS, ERROR_LARGEST = _MODEL["error_rms"], _MODEL["error_largest"]
+"""Error of the model on the data of its calibration, as a share: RMS, and at a single speed."""
+
+ERROR = f"\N{PLUS-MINUS SIGN} {100.0 * ERROR_RMS:.0f} %"
+"""What stands beside a metabolic number."""
+
+_ANKLES = [index(f"ankle_dorsiflexion_{side}") for side in SIDES]
+
+
+@dataclass(frozen=True)
+class MetabolicRate:
+    """Mean metabolic rate over a step, by its parts, [W].
+
+    Attributes
+    ----------
+    standing : float
+        p_0 M.
+    heat : float
+        Of the muscle torques.
+    work : float
+        Positive work of the fibres.
+    """
+
+    standing: float
+    heat: float
+    work: float
+
+    @property
+    def net(self) -> float:
+        """What walking takes above standing, [W]."""
+        return self.heat + self.work
+
+    @property
+    def gross(self) -> float:
+        """All of it, [W]."""
+        return self.standing + self.net
+
+
+def metabolic_rate(
+    now: Samples, mass: float, heat: float = TORQUE_HEAT, tendon: float = ANKLE_TENDON
+) -> MetabolicRate:
+    """Return the mean metabolic rate over the time of some samples, which is to be one step.
+
+    Parameters
+    ----------
+    now : Samples
+    mass : float, [kg]
+        Of the body without a load.
+    heat : float, [W/(N m)]
+        h.
+    tendon : float, [N m/rad]
+        k of the ankle's flexion.
+    """
+    time = now.t[-1] - now.t[0]
+    torque = np.trapezoid(np.abs(now.active).sum(axis=1), now.t) / time
+    work = np.maximum(fibre_work(now, tendon), 0.0).sum() / time
+    return MetabolicRate(STANDING_RATE * mass, float(heat * torque), float(work))
+
+
+def fibre_work(now: Samples, tendon: float = ANKLE_TENDON) -> FloatArray:
+    """Return the work (K, 55) of muscle fibres from each sample of a step to the next, [J].
+
+    The last is what a jump of the torques to those of the next step takes, if there is one.
+
+    Notes
+    -----
+    Mean torque times the turn of the fibres, dq + dtau / k. What the tendon takes up and gives
+    back, tau dtau / k, is the exact difference of its energy tau^2 / 2 k, and nothing over a step.
+    """
+    tau = np.concatenate([now.active, mirror(now.active[:1])])
+    turn = np.diff(now.q, axis=0, append=now.q[-1:])
+    turn[:, _ANKLES] += np.diff(tau[:, _ANKLES], axis=0) / tendon
+    return np.asarray((tau[1:] + tau[:-1]) / 2 * turn)
