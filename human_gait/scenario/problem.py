@@ -464,6 +464,7 @@ class Posture(Section):
         "apart: arms, legs and trunk do not pass through each other; free: they may",
         "apart",
         "free",
-        default="free",
+        default="apart",
+        effort="free",
         source="free: as in the paper",
     )

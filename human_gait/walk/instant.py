@@ -8,12 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.dh import frames
 from human_gait.body.limits import torque_weights
 from human_gait.body.person import make_body
 from human_gait.body.skeleton import N_DOF, SEGMENTS
 from human_gait.dynamics.carried_load import CarriedForce
-from human_gait.dynamics.inverse_dynamics import CHAINS, ROOT, InverseDynamics, make_dynamics
+from human_gait.dynamics.inverse_dynamics import (
+    CHAINS,
+    LINKS,
+    ROOT,
+    InverseDynamics,
+    make_dynamics,
+)
 from human_gait.dynamics.jet import Linearised
 from human_gait.dynamics.second_derivatives import StateHessian, TreeCurvature
 from human_gait.dynamics.tissues import PassiveJoints, no_torque
@@ -28,6 +33,8 @@ from human_gait.walk.ground_reaction import (
     joint_torques,
 )
 from human_gait.walk.least_effort import Lean, least_effort
+
+_HEAD = int(np.searchsorted(LINKS, SEGMENTS["head"]))
 
 
 @dataclass(frozen=True)
@@ -116,7 +123,8 @@ class Walker:
         self._curvature = TreeCurvature(self.body.table, self.body.pseudo_inertia())
         self._feet = Feet(self.body, scenario.ground.ball)
         self._carried = CarriedForce(self.body) if scenario.load.model == "force" else None
-        self._upright = frames(self.body.table, np.zeros(N_DOF))[1][SEGMENTS["head"], :3, :3]
+        standing = self._dynamics.inverse(*np.zeros((3, 1, N_DOF)))
+        self._upright = standing.link_poses[0, _HEAD, :3, :3]
         self._weights = torque_weights(scenario)
         kind = scenario.objective.passive_torques
         self._passive = None if kind == "none" else PassiveJoints(kind)
@@ -136,7 +144,7 @@ class Walker:
             lean.add_to(torque)
             lean.add_to(muscle_torque)
         feet = self._feet.motion(dynamics, v)
-        head = frames(self.body.table, q)[1][:, SEGMENTS["head"], :3, :3] @ self._upright.T
+        head = dynamics.link_poses[:, _HEAD, :3, :3] @ self._upright.T
         torques = torque, passive, muscle_torque
         return Instants(t, dynamics, q, v, a, *torques, ground, feet, head, lean)
 
