@@ -30,7 +30,7 @@ class Discretisation(Section):
         "per DOF",
         5,
         60,
-        default=16,
+        default=14,
         effort=8,
         source="the paper has 5",
     )
@@ -142,7 +142,7 @@ class Tolerances(Section):
         "of the load",
         0.05,
         1.0,
-        default=0.05,
+        default=0.08,
         effort=0.3,
         source="Eq. 17; 1: in whatever order",
     )
@@ -167,8 +167,9 @@ class Tolerances(Section):
         "m/s",
         1e-3,
         1.0,
-        default=0.1,
-        default_words="a tenth of the walking speed; 0.1 for effort",
+        default=0.15,
+        effort=0.1,
+        default_words="an eighth of the walking speed; 0.1 for effort",
         source="Eq. 23",
     )
     knee_flexion_deg: float = number(
@@ -202,7 +203,7 @@ class Tolerances(Section):
         found = super().defaults(given, about)
         if about.formulation == HUMAN:
             found["contact_speed"] = round(min(0.15 * (about.speed / 1.2) ** 2, 2.0), 4)
-            found["pelvis_speed"] = round(0.1 * about.speed, 4)
+            found["pelvis_speed"] = round(about.speed / 8.0, 4)
         speed = given.get("contact_speed", found["contact_speed"])
         for name in ("landing_speed", "toe_off_speed"):
             found[name] = max(found[name], speed) if about.formulation == HUMAN else speed
@@ -313,7 +314,7 @@ class Objective(Section):
         "",
         0.05,
         5.0,
-        default=0.5,
+        default=0.4,
         effort=1.0,
         source="calibrated; strength of knee over ankle gives 0.58: Anderson et al. 2007",
     )
@@ -322,7 +323,7 @@ class Objective(Section):
         "",
         0.05,
         100.0,
-        default=8.0,
+        default=5.0,
         effort=1.0,
         source="strength of hip over elbow and shoulder, squared: 4 to 10",
     )
