@@ -12,10 +12,10 @@ from dataclasses import fields
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.limits import torque_weights
 from human_gait.checks.check import EQUAL, Check, Claim, Kind
+from human_gait.checks.costs import costs
 from human_gait.walk.described import was_changed
-from human_gait.walk.gait import Gait, Samples, constrained_grid
+from human_gait.walk.gait import Gait, Samples
 from human_gait.walk.gait_file import Record, carried_mass
 
 ANGLES = Claim("angles off the splines", "rad, m", Kind.FILE, "28")
@@ -24,7 +24,7 @@ ACCELERATIONS = Claim("accelerations off the splines", "rad/s2, m/s2", Kind.FILE
 MASSES = Claim("masses off the body", "of each", Kind.FILE)
 PLANNED = Claim("footholds off the plan", "m", Kind.FILE, "21")
 SAMPLES = Claim("samples off scenario and splines", "of largest", Kind.FILE)
-COST = Claim("cost off the squared muscle torques", "of the cost", Kind.FILE, "18")
+COST = Claim("cost off the objective", "of the cost", Kind.FILE, "18")
 SEAL = Claim("parts not as they were written", "parts", Kind.FILE)
 
 OWN_COST = "own_cost"
@@ -72,7 +72,7 @@ def _off(found: FloatArray, expected: FloatArray) -> FloatArray:
 
 
 def cost(gait: Gait) -> Check:
-    """The cost that is told is the integral of the squared muscle torques, Eq. (18).
+    """The cost that is told is the scenario's objective: squared muscle torques, Eq. (18), ...
 
     Summed up at the instants that the optimiser saw, as it did. Costs of one's own are functions
     that no file has: of these the number that is told is taken.
@@ -82,19 +82,12 @@ def cost(gait: Gait) -> Check:
         return COST.noted(0.0, T, "no cost is told")
     try:
         own = float(gait.solution.get(OWN_COST, 0.0))
-        apart = float(told) - own - squared_torques(gait)
+        apart = float(told) - own - costs(gait)
     except (TypeError, ValueError):
         return COST.found(np.inf, EQUAL, T, "it is no number")
     of_own = f"with {own:.6g} of one's own that the file tells and nobody can compute anew"
     value = float(np.nan_to_num(abs(apart) / max(abs(float(told)), 1.0), nan=np.inf))
     return COST.found(value, EQUAL, T, of_own if own else "")
-
-
-def squared_torques(gait: Gait) -> float:
-    """Return the integral of the weighted squares of the muscle torques, [N^2 m^2 s]."""
-    times, spacing = constrained_grid(gait.scenario)
-    squares = gait.step_samples(times).active ** 2
-    return float(spacing @ squares @ torque_weights(gait.scenario))
 
 
 def as_written(record: Record) -> Check:

@@ -83,9 +83,9 @@ def _torques(claim: Claim, now: Samples, torques: FloatArray, peak: float) -> Ch
 
 def muscles(gait: Gait, now: Samples, peak: float) -> Check:
     """Muscles give the joint torques, less what passive tissue gives where it is counted."""
-    passive = 0.0 * now.tau
-    if gait.scenario.objective.passive_torques == "tissue":
-        passive = PassiveJoints().torque(now.q, now.v).value
+    passive, kind = 0.0 * now.tau, gait.scenario.objective.passive_torques
+    if kind != "none":
+        passive = PassiveJoints(kind).torque(now.q, now.v).value
     off = np.abs(now.active - (now.tau - passive)) / peak
     return MUSCLES.worst(EQUAL, off, now.t)
 

@@ -25,7 +25,7 @@ def verify(record: Record) -> list[Check]:
     """Return the checks of a gait: what its file says, the laws of motion, the ground, the walk."""
     gait, now = record.gait, record.samples
     with np.errstate(all="ignore"):  # absurd numbers of a file fail their checks
-        drake, loads = DrakeEngine(gait.body), loads_of(gait, now)
+        drake, loads = DrakeEngine(gait.body, gait.scenario.ground.ball), loads_of(gait, now)
         found = drake.mechanics((now.q, now.v, now.a), loads)
         return [
             *contents_checks(record),

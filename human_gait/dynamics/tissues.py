@@ -104,7 +104,7 @@ def _slope(terms: Any, angles: FloatArray) -> FloatArray:
 
 
 def _row(rows: Mapping[str, Mapping[str, str]], name: str) -> Mapping[str, str] | None:
-    """Return the row of a DOF: that of its joint, or of all of its kind; none of the global ones."""
+    """Return the row of a DOF: of its joint, or of all of its kind; none of the global ones."""
     joint = name.removesuffix("_r").removesuffix("_l")
     kind = "".join(sign for sign in joint if not sign.isdigit())
     return rows.get(joint, rows.get(kind))

@@ -76,7 +76,8 @@ def contact_position(
     points = _Points.where(plan.contact(times), on)
     k, f, p = points.k, points.f, points.p
     targets = plan.footholds[f, p].ravel()
-    tolerance = np.full(len(targets), scenario.tolerances.contact)
+    aside, up = scenario.tolerances.contact, scenario.tolerances.contact_height
+    tolerance = np.tile([aside, up, aside], len(k))
 
     def evaluate(now: Instants) -> Residual:
         at = points.positions(now, [0, 1, 2])

@@ -24,8 +24,8 @@ from human_gait.arrays import FloatArray, IntArray
 from human_gait.newton.second_order import Alone, SecondOrder
 from human_gait.problem.functions import WalkFunctions
 from human_gait.problem.residual import Constraint, Demand
-from human_gait.problem.violation import Violation
 from human_gait.problem.term import Term
+from human_gait.problem.violation import Violation
 from human_gait.walk.bspline import DEGREE
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import gait_of

@@ -28,7 +28,6 @@ ROUNDING = 20.0
 
 _ANKLES = np.array([index(f"ankle_dorsiflexion_{side}") for side in SIDES])
 _RIGID = np.setdiff1d(JOINTS, _ANKLES)
-_UNIT = np.eye(N_DOF)
 
 
 class Price(NamedTuple):
@@ -162,9 +161,7 @@ def _two(values: FloatArray, mirrored: bool) -> tuple[FloatArray, FloatArray]:
     return values[: len(after), _ANKLES], after[:, _ANKLES]
 
 
-def _add_slopes(
-    adjoint: Adjoint, here: FloatArray, onward: FloatArray, mirrored: bool
-) -> None:
+def _add_slopes(adjoint: Adjoint, here: FloatArray, onward: FloatArray, mirrored: bool) -> None:
     """Add the derivatives by tau and tau' to those by the torques of the instants."""
     adjoint.torque[: len(here), _ANKLES] += here
     adjoint.torque[1:, _ANKLES] += onward[: len(adjoint.torque) - 1]
@@ -186,4 +183,6 @@ def _at(instants: IntArray, K: int, rows: FloatArray) -> FloatArray:
 
 def _by_velocity(K: int, joints: IntArray) -> FloatArray:
     """Return the partials (K, c, 165) of the velocities of joints."""
-    return np.broadcast_to(np.concatenate([0 * _UNIT, _UNIT, 0 * _UNIT], axis=1)[joints], (K, len(joints), 3 * N_DOF))
+    rows = np.zeros((K, len(joints), 3 * N_DOF))
+    rows[:, np.arange(len(joints)), N_DOF + joints] = 1.0
+    return rows

@@ -13,8 +13,8 @@ import numpy as np
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import N_DOF
 from human_gait.problem.residual import Constraint, Residual
-from human_gait.problem.transcription import Transcription
 from human_gait.problem.term import Term
+from human_gait.problem.transcription import Transcription
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.bspline import Basis

@@ -20,6 +20,7 @@ from human_gait.walk.adjoint import JOINTS, Adjoint, at_next
 from human_gait.walk.gait import instant_spacing
 from human_gait.walk.instant import Instants
 
+
 def objective(scenario: Scenario) -> list[Term]:
     """Return the terms of a scenario's objective: those that cost anything."""
     cost, weights = scenario.objective, torque_weights(scenario)

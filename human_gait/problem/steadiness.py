@@ -85,9 +85,9 @@ def _axes(now: Instants, chain: IntArray) -> FloatArray:
 
 
 def _axial(R: FloatArray) -> FloatArray:
-    """Return a with tr([w] R) = - 2 a w, half the differences of the entries beside the diagonal."""
-    a = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
-    return a / 2.0
+    """Return a (K, 3) with tr([w] R) = - 2 a w."""
+    ahead, behind = [2, 0, 1], [1, 2, 0]
+    return np.asarray(R[:, ahead, behind] - R[:, behind, ahead]) / 2.0
 
 
 def _angular_velocity(now: Instants) -> tuple[FloatArray, FloatArray]:

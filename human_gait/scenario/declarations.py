@@ -9,7 +9,7 @@ from typing import Any
 REQUIRED: Any = dataclasses.MISSING
 
 
-def number(
+def number(  # noqa: PLR0913, what a setting says of itself
     meaning: str,
     unit: str,
     low: float,
@@ -77,7 +77,9 @@ def choice(
 
 def _others(effort: Any, paper: Any) -> dict[str, Any]:
     """Return the defaults of the formulations that are not the usual one, where they differ."""
-    return {name: value for name, value in (("effort", effort), ("paper", paper)) if value is not None}
+    return {
+        name: value for name, value in (("effort", effort), ("paper", paper)) if value is not None
+    }
 
 
 def _words(default: Any, effort: Any, paper: Any) -> str:

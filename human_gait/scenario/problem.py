@@ -107,14 +107,24 @@ class Tolerances(Section):
         default=0.004,
         source="Eqs. 20, 21",
     )
+    contact_height: float = number(
+        "how far above or below the ground it may be: a floor that yields does work",
+        "m",
+        1e-4,
+        0.05,
+        default=0.001,
+        effort=0.004,
+        default_words="0.001, for effort as contact; contact at most",
+        source="Eqs. 20, 21",
+    )
     contact_speed: float = number(
         "how fast a point of a foot that stands may move",
         "m/s",
         1e-3,
         2.0,
-        default=0.15,
+        default=0.1,
         effort=0.3,
-        default_words="0.15 x (speed / 1.2 m/s)^2, 0.3 for effort",
+        default_words="0.1 x (speed / 1.2 m/s)^2, 0.3 for effort",
         source="Eq. 24; calibrated",
     )
     landing_speed: float = number(
@@ -201,12 +211,15 @@ class Tolerances(Section):
     def defaults(cls, given: Mapping[str, Any], about: About) -> dict[str, Any]:
         """Return the defaults; a faster walker's feet come down and leave faster."""
         found = super().defaults(given, about)
-        if about.formulation == HUMAN:
-            found["contact_speed"] = round(min(0.15 * (about.speed / 1.2) ** 2, 2.0), 4)
+        human = about.formulation == HUMAN
+        if human:
+            found["contact_speed"] = round(min(0.1 * (about.speed / 1.2) ** 2, 2.0), 4)
             found["pelvis_speed"] = round(about.speed / 8.0, 4)
+        place = given.get("contact", found["contact"])
+        found["contact_height"] = min(found["contact_height"], place) if human else place
         speed = given.get("contact_speed", found["contact_speed"])
         for name in ("landing_speed", "toe_off_speed"):
-            found[name] = max(found[name], speed) if about.formulation == HUMAN else speed
+            found[name] = max(found[name], speed) if human else speed
         return found
 
 
@@ -259,7 +272,7 @@ class Ground(Section):
         source="B of Eq. 17; calibrated",
     )
     ball: str = choice(
-        "toes: the ball stands on the toes' segment, that stays when the heel rises; foot: on the rear foot",
+        "whose part the ball is: toes, which stay when the heel rises, or the rear foot",
         "toes",
         "foot",
         default="toes",
@@ -282,7 +295,7 @@ class Objective(Section):
 
     ``human``: squared muscle torques, their rates, the work of the fibres, what tissues bear, and a
     steady trunk and head; joints as far as they turn; contact as measured. ``effort``: squared
-    torques alone, within assumed bounds of the posture. ``paper``: that as printed, Eqs. (17), (18).
+    torques alone, within assumed bounds of the posture. ``paper``: the same, as it is printed.
     """
 
     formulation: str = choice(
@@ -411,10 +424,10 @@ class Objective(Section):
 class Posture(Section):
     """How far the upper body may depart from upright, with hanging arms, and the swinging knee.
 
-    In the formulation ``human`` as far as the joints turn. Eq. 18 alone swings pelvis and spine much
-    further than people do (they: 2 to 5 deg), and the arms like a runner's: a light limb costs next
-    to nothing; ``effort`` and ``paper`` bound them. With ``swing_knee`` = ``bent`` a knee that cannot bend by 60 deg, in
-    an orthosis or a cast, has no walk.
+    In the formulation ``human`` as far as the joints turn. Eq. 18 alone swings pelvis and spine
+    much further than people do (they: 2 to 5 deg), and the arms like a runner's: a light limb costs
+    next to nothing; ``effort`` and ``paper`` bound them. A knee that cannot bend by 60 deg, in an
+    orthosis or a cast, has no walk unless ``swing_knee`` is ``free``.
     """
 
     pelvis_deg: float = number(

@@ -10,7 +10,9 @@ from human_gait.exceptions import ScenarioError
 from human_gait.scenario.schema import About, Section, gathered, nearest, refuse, unknown
 
 
-def changed_table(whole: Section, about: About, changes: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+def changed_table(
+    whole: Section, about: About, changes: Iterable[tuple[str, Any]]
+) -> dict[str, Any]:
     """Return a scenario as a table in which some settings are changed.
 
     What is as by default is left out: it follows from what is changed.

@@ -143,7 +143,9 @@ class Section:
 
     def _shown(self, name: str) -> bool:
         usual = default_of(type(self), name)
-        own = usual is MISSING or getattr(self, name) != usual or bool(self.rule(name).get("others"))
+        own = (
+            usual is MISSING or getattr(self, name) != usual or bool(self.rule(name).get("others"))
+        )
         return name in self._given and own
 
     @classmethod

@@ -84,7 +84,7 @@ class ContactPlan:
         """Whether they lean as takes the muscles least: more or less than `spread`."""
         self.tolerances = scenario.tolerances
         self.loading = scenario.ground.loading
-        """Where the leading foot takes the load, from heel to ankle: at strike, flat, at the end."""
+        """Where the leading foot takes the load, of the way from heel to ankle: three events."""
         self.pad = scenario.ground.pad
         """Depth of what carries of a heel or of toes that stand alone, of the foot's length."""
         self.margin = scenario.tolerances.zmp_margin
@@ -218,7 +218,9 @@ class ContactPlan:
         corners = foot.outline[down[_AROUND]]
         if down.any() and not ball:
             to_ball = foot.outline[_BALL_CORNERS] - corners
-            part = self.pad * foot.length / np.abs(to_ball[:, 2:])  # of the way, whose length is in z
+            part = (
+                self.pad * foot.length / np.abs(to_ball[:, 2:])
+            )  # of the way, whose length is in z
             corners = np.concatenate([corners, corners + part * to_ball])
         return np.asarray((self.ankles[f] + corners)[:, [0, 2]])
 

@@ -173,8 +173,8 @@ class Walker:
             qv[:, chain[:, None], chain] += by_qv
         hessian = StateHessian(qq, qv, qa, vv)
         for part in (*_of_passive(now, adjoint), *adjoint.motion_second):
-            for whole, added in zip(hessian, part, strict=True):
-                whole += added
+            for block, added in zip(hessian, part, strict=True):
+                np.add(block, added, out=block)
         squared, (negative, torques) = _of_torques(now, adjoint)
         y = now.ground.variables.partials
         half = adjoint.ground_second @ y / 2
@@ -212,5 +212,8 @@ def _of_passive(now: Instants, adjoint: Adjoint) -> list[StateHessian]:
         return []
     by_q, by_v = now.passive_torque.partials[..., :N_DOF], now.passive_torque.partials[..., N_DOF:]
     by_v = by_v[..., :N_DOF]
-    qq, qv, vv = (one.swapaxes(1, 2) @ (weight * other) for one, other in ((by_q, by_q), (by_q, by_v), (by_v, by_v)))
+    qq, qv, vv = (
+        one.swapaxes(1, 2) @ (weight * other)
+        for one, other in ((by_q, by_q), (by_q, by_v), (by_v, by_v))
+    )
     return [StateHessian(qq, qv, np.zeros_like(qq), vv)]
