@@ -606,12 +606,8 @@ def test_the_explanation_of_a_walk_names_bounds_that_hold_it():
 @pytest.mark.solve
 def test_multipliers_of_a_walk_foretell_what_more_room_saves():
     """At the optimum: stationary; and solved again with 0.1 mm more tolerance for the feet."""
-    task = solved("paper-normal").gait.scenario
-    free = (
-        solved("paper-normal")
-        .gait.control_points[: solved("paper-normal").gait.basis.n_free]
-        .ravel()
-    )
+    gait = solved("paper-normal").gait
+    task, free = gait.scenario, gait.control_points[: gait.basis.n_free].ravel()
     program = build_program(task)
     solution = solve(program, start=free)
     assert solution.converged

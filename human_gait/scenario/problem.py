@@ -417,7 +417,7 @@ class Objective(Section):
         formulation = given.get("formulation", about.formulation)
         return super().defaults(given, replace(about, formulation=formulation))
 
-    def usual(self, name: str, about: About) -> Any:
+    def usual(self, name: str, about: About) -> object:
         """Return what a setting would be if it were left out: a formulation that of all others."""
         return HUMAN if name == "formulation" else super().usual(name, about)
 

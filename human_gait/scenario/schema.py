@@ -187,7 +187,7 @@ class Section:
         required = {name: values[name] for name in values if default_of(cls, name) is MISSING}
         return cls(**{**required, **given})
 
-    def usual(self, name: str, about: About) -> Any:
+    def usual(self, name: str, about: About) -> object:
         """Return what a setting would be if it were left out and the others were given."""
         others = {key: getattr(self, key) for key in self.kinds() if key != name}
         return self.defaults(others, about).get(name, MISSING)
