@@ -637,7 +637,7 @@ def test_multipliers_of_a_walk_foretell_what_more_room_saves():
         left -= program.residual(constraint, free)[1].T @ prices[constraint.name]
     assert np.linalg.norm(left * program.unit) < 0.02 * np.linalg.norm(slope * program.unit)
     more = 1e-4
-    tolerances = replace(task.tolerances, contact=task.tolerances.contact + more)
-    looser = solve(build_program(replace(task, tolerances=tolerances)), start=free)
+    room = task.replace({"tolerances.contact": task.tolerances.contact + more})
+    looser = solve(build_program(room), start=free)
     foretold = -more * np.abs(prices[CONTACT_POSITION.name]).sum()
     assert looser.cost - solution.cost == pytest.approx(foretold, rel=0.2)
