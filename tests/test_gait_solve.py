@@ -24,15 +24,17 @@ pytestmark = pytest.mark.solve
 
 FILES = {"gait.npz", "summary.json", "gait_cycle.csv", "playback.html"}
 LEAST_CORRELATION = {  # with every measured mean; laboratories agree among themselves above 0.95
-    "hip_flexion_deg": 0.95,
-    "knee_flexion_deg": 0.94,
-    "ankle_dorsiflexion_deg": 0.75,
-    "vertical_up_BW": 0.9,
-    "foreaft_forward_BW": 0.85,
-    "hip_extension_Nm_per_kg": 0.8,
-    "knee_extension_Nm_per_kg": 0.75,
-    "ankle_plantarflexion_Nm_per_kg": 0.9,
+    "hip_flexion_deg": 0.97,
+    "knee_flexion_deg": 0.96,
+    "ankle_dorsiflexion_deg": 0.9,
+    "vertical_up_BW": 0.95,
+    "foreaft_forward_BW": 0.9,
+    "hip_extension_Nm_per_kg": 0.88,
+    "knee_extension_Nm_per_kg": 0.9,
+    "ankle_plantarflexion_Nm_per_kg": 0.96,
 }
+ONE_PERSON = {("fukuchi2018_subject04_1p30", "vertical_up_BW"): 0.84}
+"""Of a single person, who is no mean: less is met."""
 
 
 @pytest.fixture(params=["paper-normal", "preferred"])
@@ -174,7 +176,8 @@ def test_preferred_walking_moves_like_people(curve):
         if curve in reference.curves
     }
     assert found
-    assert min(found.values()) >= LEAST_CORRELATION[curve], found
+    for name, r in found.items():
+        assert r >= ONE_PERSON.get((name, curve), LEAST_CORRELATION[curve]), name
 
 
 def test_the_same_scenario_gives_the_same_walk():
