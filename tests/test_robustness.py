@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.robustness import HIGHEST, LOWEST, SIZE, design, regions, run, summary
 
-WALKS = (0, 6, 8, 14)  # long and fast; slow with 28 kg; short people, fast; ordinary
+WALKS = (14,)  # an ordinary one: the whole design takes hours
 LONGEST = 600.0
 
 
