@@ -24,7 +24,6 @@ from rich.table import Table
 from human_gait import data
 from human_gait.body.person import Body, make_body
 from human_gait.body.skeleton import SEGMENTS
-from human_gait.people.spatiotemporal import step_length_regression
 from human_gait.problem.program import build_program
 from human_gait.scenario import Load, Scenario, Subject
 from human_gait.solving.starts import best, climb
@@ -111,13 +110,11 @@ def heavier(place: str, added: float) -> Iterator[None]:
 
 def walked(speed: float, place: str = "none", added: float = 0.0) -> Walked:
     """Predict a walk; no scenario has masses on pelvis or feet: the body itself is changed."""
-    step_length = round(step_length_regression().at(speed), 3)
-    table = {"name": f"{place} {added:g} kg", "walk": {"speed": speed, "step_length": step_length}}
+    scenario = Scenario.from_dict({"name": f"{place} {added:g} kg", "walk": {"speed": speed}})
+    mass, tendon = scenario.subject.mass, scenario.objective.tendon_stiffness
     with heavier(place, added):
-        kept = best(climb(build_program(Scenario.from_dict(table)), "newton"))
-        gait = kept.solution.gait
-        mass = gait.scenario.subject.mass
-        rate = metabolic_rate(gait.fine_samples, mass, heat=1.0)
+        kept = best(climb(build_program(scenario), "newton"))
+        rate = metabolic_rate(kept.solution.gait.fine_samples, mass, tendon, heat=1.0)
     return Walked(speed, rate.heat / mass, rate.work / mass, kept.success)
 
 

@@ -6,7 +6,8 @@ averaged over a step. M is the body mass and p_0 the rate of standing; tau_i are
 The second part is heat: muscles that hold cost without work. The third is the positive work of the
 muscle fibres, which a tendon of stiffness k_i is in series with: while the torque rises it gives
 way, and as the torque falls it gives back what no fibre has to do (the ankle in push-off; all other
-joints have k = infinity). The constants stand in ``data/metabolic_model.csv``.
+joints have k = infinity). k is `objective.tendon_stiffness` of the scenario; the other constants
+stand in ``data/metabolic_model.csv``.
 
 ``benchmarks/energy_fit.py`` calibrates h on the oxygen that people take at seven speeds and tells
 the error. The model is for level walking at 0.7 to 1.8 m/s.
@@ -33,9 +34,6 @@ STANDING_RATE = _MODEL["standing_rate"]
 
 TORQUE_HEAT = _MODEL["torque_heat"]
 """h, [W/(N m)]."""
-
-ANKLE_TENDON = _MODEL["ankle_tendon_stiffness"]
-"""k of the ankle's flexion, [N m/rad]."""
 
 ERROR_RMS, ERROR_LARGEST = _MODEL["error_rms"], _MODEL["error_largest"]
 """Error of the model on the data of its calibration, as a share: RMS, and at a single speed."""
@@ -76,7 +74,7 @@ class MetabolicRate:
 
 
 def metabolic_rate(
-    now: Samples, mass: float, heat: float = TORQUE_HEAT, tendon: float = ANKLE_TENDON
+    now: Samples, mass: float, tendon: float, heat: float = TORQUE_HEAT
 ) -> MetabolicRate:
     """Return the mean metabolic rate over the time of some samples, which is to be one step.
 
@@ -85,10 +83,10 @@ def metabolic_rate(
     now : Samples
     mass : float, [kg]
         Of the body without a load.
-    heat : float, [W/(N m)]
-        h.
     tendon : float, [N m/rad]
         k of the ankle's flexion.
+    heat : float, [W/(N m)]
+        h.
     """
     time = now.t[-1] - now.t[0]
     torque = np.trapezoid(np.abs(now.active).sum(axis=1), now.t) / time
@@ -96,7 +94,7 @@ def metabolic_rate(
     return MetabolicRate(STANDING_RATE * mass, float(heat * torque), float(work))
 
 
-def fibre_work(now: Samples, tendon: float = ANKLE_TENDON) -> FloatArray:
+def fibre_work(now: Samples, tendon: float) -> FloatArray:
     """Return the work (K, 55) of muscle fibres from each sample of a step to the next, [J].
 
     The last is what a jump of the torques to those of the next step takes, if there is one.
