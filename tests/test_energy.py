@@ -22,6 +22,7 @@ from human_gait.walk.gait_cycle import gait_cycle
 from human_gait.walk.joint_work import JOINTS, LEG, joint_power, joint_work
 from human_gait.walk.metabolic import (
     ERROR,
+    FIBRE_WORK,
     STANDING_RATE,
     TORQUE_HEAT,
     fibre_work,
@@ -32,7 +33,7 @@ from human_gait.walk.strain import spine_moments, strength_shares
 GAIT = guessed_gait()
 LADEN = guessed_gait(18.0)
 NOW = GAIT.fine_samples
-MASS = GAIT.scenario.subject.mass
+SUBJECT, MASS = GAIT.scenario.subject, GAIT.scenario.subject.mass
 TENDON = GAIT.scenario.objective.tendon_stiffness
 NEWTON = SimpleNamespace(solver="newton", wall_time=1.0)
 
@@ -94,7 +95,7 @@ def test_integrals_of_a_walk_no_longer_change_on_a_finer_grid():
     found, finer = hg.energy(gait), gait.step_samples(np.linspace(0, gait.step_time, 1601))
     work = sum(one.positive for one in joint_work(finer))
     assert found.positive_work == pytest.approx(work, rel=1e-3)
-    rate = metabolic_rate(finer, found.mass, TENDON)
+    rate = metabolic_rate(finer, SUBJECT, TENDON)
     assert found.metabolic.heat == pytest.approx(rate.heat, rel=1e-3)
     assert found.metabolic.work == pytest.approx(rate.work, rel=1e-3)
 
@@ -115,40 +116,49 @@ def test_shares_of_the_leg_add_up_to_one():
 def test_the_tendon_is_that_of_the_scenario():
     changed = GAIT.scenario.replace({"objective.tendon_stiffness": 2 * TENDON})
     stiffer = hg.energy(replace(GAIT, scenario=changed)).metabolic
-    assert stiffer == metabolic_rate(NOW, MASS, 2 * TENDON)
+    assert stiffer == metabolic_rate(NOW, SUBJECT, 2 * TENDON)
     assert stiffer.work != hg.energy(GAIT).metabolic.work
 
 
 def test_who_needs_no_torque_takes_what_standing_takes():
-    rate = metabolic_rate(samples(NOW.t, q=NOW.q, v=NOW.v), 70.0, TENDON)
-    assert rate.gross == rate.standing == pytest.approx(70 * STANDING_RATE)
+    rate = metabolic_rate(samples(NOW.t, q=NOW.q, v=NOW.v), SUBJECT, TENDON)
+    assert rate.gross == rate.standing == pytest.approx(MASS * STANDING_RATE)
     assert rate.net == 0
 
 
-def test_a_torque_that_is_held_costs_heat_in_proportion_to_its_size():
+def test_a_torque_that_is_held_costs_heat_with_the_square_of_its_size():
     t = np.linspace(0, 0.5, 51)
     rates = [
-        metabolic_rate(samples(t, active=of_dof(t, "hip_flexion_r", size)), 70.0, TENDON)
+        metabolic_rate(samples(t, active=of_dof(t, "hip_flexion_r", size)), SUBJECT, TENDON)
         for size in (10.0, -20.0)
     ]
-    assert [rate.heat for rate in rates] == pytest.approx([10 * TORQUE_HEAT, 20 * TORQUE_HEAT])
+    strength = MASS * 9.81 * SUBJECT.stature
+    heats = [TORQUE_HEAT * size**2 / strength for size in (10, 20)]
+    assert [rate.heat for rate in rates] == pytest.approx(heats)
     assert [rate.work for rate in rates] == [0, 0]
+
+
+def test_who_is_twice_as_heavy_and_as_strong_takes_as_much_per_kilogram():
+    twice = replace(SUBJECT, mass=2 * MASS)
+    heavy = metabolic_rate(replace(NOW, active=2 * NOW.active), twice, 2 * TENDON)
+    assert heavy.gross / 2 == pytest.approx(metabolic_rate(NOW, SUBJECT, TENDON).gross)
 
 
 def test_only_muscles_are_paid_for():
     """The net torque has tissue in it; what tissue holds costs nothing."""
-    assert metabolic_rate(replace(NOW, tau=5 * NOW.tau), MASS, TENDON) == metabolic_rate(
-        NOW, MASS, TENDON
-    )
-    stronger = metabolic_rate(replace(NOW, active=1.1 * NOW.active), MASS, TENDON)
-    assert stronger.heat == pytest.approx(1.1 * metabolic_rate(NOW, MASS, TENDON).heat)
+    rate = metabolic_rate(NOW, SUBJECT, TENDON)
+    assert metabolic_rate(replace(NOW, tau=5 * NOW.tau), SUBJECT, TENDON) == rate
+    stronger = metabolic_rate(replace(NOW, active=1.1 * NOW.active), SUBJECT, TENDON)
+    assert stronger.heat == pytest.approx(1.21 * rate.heat)
 
 
 def test_of_the_work_of_fibres_the_positive_is_paid_for():
     t = np.linspace(0, 1, 101)
     turn = of_dof(t, "knee_flexion_l", (1 - np.cos(2 * np.pi * t)) / 2)  # a radian and back
     held = of_dof(t, "knee_flexion_l", 3.0)
-    assert metabolic_rate(samples(t, q=turn, active=held), 70.0, TENDON).work == pytest.approx(3)
+    assert metabolic_rate(samples(t, q=turn, active=held), SUBJECT, TENDON).work == pytest.approx(
+        3 * FIBRE_WORK
+    )
 
 
 def test_fibres_that_hold_while_the_tendon_gives_way_do_no_work():
@@ -159,8 +169,8 @@ def test_fibres_that_hold_while_the_tendon_gives_way_do_no_work():
     np.testing.assert_allclose(fibre_work(ankle, TENDON), 0, atol=1e-12)
     elsewhere = {"q": of_dof(t, "knee_flexion_r", -torque / TENDON)}
     knee = samples(t, active=of_dof(t, "knee_flexion_r", torque), **elsewhere)
-    assert metabolic_rate(knee, 70.0, TENDON).work > 10
-    assert metabolic_rate(ankle, 70.0, 2 * TENDON).work > 5
+    assert metabolic_rate(knee, SUBJECT, TENDON).work > 10
+    assert metabolic_rate(ankle, SUBJECT, 2 * TENDON).work > 5
 
 
 @pytest.mark.parametrize("gait", [GAIT, LADEN], ids=["alone", "laden"])
