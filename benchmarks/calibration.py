@@ -187,7 +187,7 @@ def main() -> None:
     parser.add_argument("--size", nargs="+", default=[], metavar="KEY=VALUE")
     parser.add_argument("--list", action="store_true", help="print the calibrated sizes alone")
     options = parser.parse_args()
-    console = Console()
+    console = Console(width=140)
     show_sizes(console, load_scenario(options.scenarios[0]))
     for name in [] if options.list else options.scenarios:
         walks = {
