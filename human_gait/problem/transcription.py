@@ -9,6 +9,8 @@ An instant couples only the four control points whose basis functions are not ze
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.sparse import coo_array
 
@@ -16,7 +18,10 @@ from human_gait.arrays import FloatArray, IntArray
 from human_gait.body.skeleton import N_DOF
 from human_gait.problem.residual import Constraint, Residual
 from human_gait.walk.bspline import DEGREE, Basis
-from human_gait.walk.instant import SecondDerivatives
+from human_gait.walk.adjoint import JOINTS
+from human_gait.walk.instant import OfTorques, SecondDerivatives
+
+_ALL = slice(None)
 
 POINTS = DEGREE + 1
 """Control points that an instant depends on: 4."""
@@ -37,6 +42,12 @@ class Transcription:
         self._active = _active_functions(basis, times)
         at = np.arange(len(times))[:, None]
         self._active_N = np.stack([matrix[at, self._active] for matrix in self._N])  # (3, K, 4)
+        starts = np.flatnonzero(np.diff(self._active[:, 0], prepend=-1))
+        self._pieces = [
+            (slice(i, j), _points(self._active[i, 0]))
+            for i, j in pairwise([*starts.tolist(), len(times)])
+        ]
+        """Instants between two knots, and their control points times DOF."""
 
     def motion(self, control_points: FloatArray) -> list[FloatArray]:
         """Return q, v, a (K, 55) from all control points (n, 55)."""
@@ -76,70 +87,86 @@ class Transcription:
 
         With N_k (165, 220) from the four active control points to q, v, a of instant k they are
 
-            sum over k of N_k^T (direct + A^T A + B^T C + C^T B) N_k .
+            sum over k of N_k^T (direct + B^T C + C^T B) N_k  and those by the torques.
 
-        Instants between two knots have the same active control points: they are summed up first.
-        Of each symmetric sum only a half X is computed, X + X^T being the whole.
+        Of each symmetric sum only a half X is computed, X + X^T being the whole. Instants between
+        two knots have the same active control points: one product of matrices sums over them.
         """
-        m = self.basis.n_free
-        by_point = np.zeros((m, N_DOF, m, N_DOF))  # control point, DOF, control point, DOF
+        n = self.basis.n_control_points * N_DOF
+        half = np.zeros((n, n))
         direct = np.stack(second.direct, axis=1)  # instant, one of qq, qv, qa, vv, DOF, DOF
-        A, B, C = (self._onto_points(rows) for rows in (second.rows, second.left, second.right))
-        for first in np.unique(self._active[:, 0]):
-            k = np.flatnonzero(self._active[:, 0] == first)
-            half = _flat(B[k]).T @ _flat(C[k]) + self._half_of_direct(k, direct[k])
-            squares = _flat(A[k])
-            half += squares.T @ squares / 2
-            functions = first + np.arange(POINTS)
-            self._add(by_point, functions, functions, half + half.T)
+        B, C = self._onto_points(second.left), self._onto_points(second.right)
+        for k, at in self._pieces:
+            half[at, at] += _flat(B[k]).T @ _flat(C[k]) + self._half_of_direct(k, direct[k])
+        self._add_torques(half, second.torques)
         for left, right in second.pairs:
-            self._add_pairs(by_point, left, right)
-        return by_point.reshape(m * N_DOF, m * N_DOF)
+            k = np.arange(len(left))
+            after = (k + 1) % len(self.times)
+            self._add_pairs(half, k, self._onto_points(left, k), self._onto_points(right, after))
+        half = self._folded(half)
+        return half + half.T
 
-    def _add_pairs(self, by_point: FloatArray, left: FloatArray, right: FloatArray) -> None:
-        """Add D_k^T E_k+1 and its transpose: neighbouring instants share five control points.
+    def _add_torques(self, half: FloatArray, torques: OfTorques) -> None:
+        """Add a half of the second derivatives by the torques of the joints.
+
+        With rows P of their partials in the control points, those of an instant are
+
+            P^T w P / 2 + P^T c V,        V_i = N' for the velocity of joint i, else 0,
+
+        and with P' of the next instant those of both P^T w' P'.
+        """
+        P = self._onto_points(torques.partials)
+        second, onward, by_velocity = (w[..., None, None] for w in torques[1:])
+        rows = P * (second / 2.0)
+        joint = np.arange(len(JOINTS))
+        rows[:, joint, :, JOINTS] += by_velocity[..., 0].swapaxes(0, 1) * self._active_N[1]
+        for k, _ in self._pieces:  # neighbours that have the same control points
+            rows[k][:-1] += onward[k][:-1] * P[k][1:]
+        for k, at in self._pieces:
+            half[at, at] += _flat(P[k]).T @ _flat(rows[k])
+        ends = np.array([k.stop - 1 for k, _ in self._pieces])
+        if onward.any():
+            after = P[(ends + 1) % len(P)]
+            joint, sign = self.basis.cycle.index[JOINTS] - JOINTS[0], self.basis.cycle.sign[JOINTS]
+            after[-1] = sign[:, None, None] * after[-1][joint]  # at T
+            self._add_pairs(half, ends, P[ends], onward[ends] * after)
+
+    def _add_pairs(self, half: FloatArray, k: IntArray, D: FloatArray, E: FloatArray) -> None:
+        """Add D^T E of rows (n, r, 4, 55) of instants k (n,) and of those that follow.
 
         After the last instant of a step that is its own mirror image comes T, in the control points
         of the first one.
         """
-        here = np.arange(len(left))
-        after = (here + 1) % len(self.times)
-        D, E = self._onto_points(left, here), self._onto_points(right, after)
-        for k, onward in zip(here, after, strict=True):
-            block = _flat(D[k]).T @ _flat(E[k])
-            rows, columns = self._active[k], self._active[onward]
-            self._add(by_point, rows, columns, block.copy())
-            self._add(by_point, columns, rows, block.T.copy())
+        first = self._active[:, 0]
+        for here, onward, d, e in zip(first[k], first[(k + 1) % len(first)], D, E, strict=True):
+            half[_points(here), _points(onward)] += _flat(d[None]).T @ _flat(e[None])
 
-    def _add(
-        self, by_point: FloatArray, rows: IntArray, columns: IntArray, block: FloatArray
-    ) -> None:
-        """Add second derivatives (220, 220) in two times four control points, Eq. (26).
+    def _folded(self, half: FloatArray) -> FloatArray:
+        """Return by the free control points what is by all of them, Eq. (26); `half` is used up.
 
         Control points past the free ones are images P_(m+i) = S P_i + L z of the first ones, so
         that their rows and columns are turned by S, which is its own transpose.
         """
-        m, cycle = self.basis.n_free, self.basis.cycle
-        block = block.reshape(POINTS, N_DOF, POINTS, N_DOF)
-        past = rows >= m
-        block[past] = block[past][:, cycle.index] * cycle.sign[:, None, None]
-        past = columns >= m
-        block[:, :, past] = block[:, :, past][..., cycle.index] * cycle.sign
-        for i, row in enumerate(rows % m):  # one by one: two may be the same free control point
-            for j, column in enumerate(columns % m):
-                by_point[row, :, column] += block[i, :, j]
+        n, m, cycle = self.basis.n_control_points, self.basis.n_free, self.basis.cycle
+        rows = half.reshape(n, N_DOF, n * N_DOF)
+        rows[: n - m] += rows[m:, cycle.index] * cycle.sign[:, None]
+        columns = half.reshape(n * N_DOF, n, N_DOF)[: m * N_DOF]
+        columns[:, : n - m] += cycle.turned(columns[:, m:])
+        return half[: m * N_DOF, : m * N_DOF]
 
-    def _onto_points(self, rows: FloatArray, at: IntArray | None = None) -> FloatArray:
+    def _onto_points(self, rows: FloatArray, at: IntArray | slice = _ALL) -> FloatArray:
         """Return rows (K, r, 165) in q, v, a as rows (K, r, 4, 55) in the active control points.
 
         Those of the instants `at`, all by default.
         """
-        by_order = rows.reshape(*rows.shape[:2], 3, N_DOF)  # instant, row, order, DOF
-        N = self._active_N if at is None else self._active_N[:, at]
-        N = N.transpose(1, 2, 0)  # instant, control point, order
-        return np.asarray(N[:, None] @ by_order)
+        by_q, by_v, by_a = (part[:, :, None] for part in np.split(rows, 3, axis=2))
+        q, v, a = self._active_N[:, at, None, :, None]
+        found = by_q * q
+        found += by_v * v
+        found += by_a * a
+        return np.asarray(found)
 
-    def _half_of_direct(self, k: IntArray, blocks: FloatArray) -> FloatArray:
+    def _half_of_direct(self, k: slice, blocks: FloatArray) -> FloatArray:
         """Return a half of what blocks (k, 4, 55, 55) add to the active points, (220, 220).
 
         The blocks of an instant are H_qq, H_qv, H_qa and H_vv. In the control points i and j they
@@ -174,6 +201,11 @@ class Transcription:
 def _flat(rows: FloatArray) -> FloatArray:
     """Return rows (k, r, 4, 55) of several instants below each other, (k * r, 220)."""
     return rows.reshape(-1, POINTS * N_DOF)
+
+
+def _points(first: int) -> slice:
+    """Return which of (n * 55) are of the four control points from the first one on."""
+    return slice(first * N_DOF, (first + POINTS) * N_DOF)
 
 
 def _active_functions(basis: Basis, times: FloatArray) -> IntArray:
