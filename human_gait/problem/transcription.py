@@ -16,12 +16,13 @@ from scipy.sparse import coo_array
 
 from human_gait.arrays import FloatArray, IntArray
 from human_gait.body.skeleton import N_DOF
+from human_gait.dynamics.second_derivatives import StateHessian
 from human_gait.problem.residual import Constraint, Residual
-from human_gait.walk.bspline import DEGREE, Basis
 from human_gait.walk.adjoint import JOINTS
+from human_gait.walk.bspline import DEGREE, Basis
 from human_gait.walk.instant import OfTorques, SecondDerivatives
 
-_ALL = slice(None)
+_EVERY = slice(None)
 
 POINTS = DEGREE + 1
 """Control points that an instant depends on: 4."""
@@ -90,56 +91,52 @@ class Transcription:
             sum over k of N_k^T (direct + B^T C + C^T B) N_k  and those by the torques.
 
         Of each symmetric sum only a half X is computed, X + X^T being the whole. Instants between
-        two knots have the same active control points: one product of matrices sums over them.
+        two knots have the same active control points and are summed up first.
         """
-        n = self.basis.n_control_points * N_DOF
-        half = np.zeros((n, n))
-        direct = np.stack(second.direct, axis=1)  # instant, one of qq, qv, qa, vv, DOF, DOF
+        n, K = self.basis.n_control_points * N_DOF, len(self.times)
+        half, after = np.zeros((n, n)), (np.arange(K) + 1) % K
         B, C = self._onto_points(second.left), self._onto_points(second.right)
+        pairs = [
+            (self._onto_points(D, slice(len(D))), self._onto_points(E, after[: len(E)]))
+            for D, E in second.pairs
+        ]
         for k, at in self._pieces:
-            half[at, at] += _flat(B[k]).T @ _flat(C[k]) + self._half_of_direct(k, direct[k])
-        self._add_torques(half, second.torques)
-        for left, right in second.pairs:
-            k = np.arange(len(left))
-            after = (k + 1) % len(self.times)
-            self._add_pairs(half, k, self._onto_points(left, k), self._onto_points(right, after))
+            found, pair = self._by_torques(second.torques, k)
+            found += _summed(B[k], C[k])
+            found += self._half_of_direct(second.direct, k)
+            inner, last = slice(k.start, k.stop - 1), slice(k.stop - 1, k.stop)
+            for D, E in pairs:
+                found += _summed(D[inner], E[inner])
+                pair += _summed(D[last], E[last])
+            half[at, at] += found
+            half[at, _points(self._active[after[last]][0, 0])] += pair
         half = self._folded(half)
         return half + half.T
 
-    def _add_torques(self, half: FloatArray, torques: OfTorques) -> None:
-        """Add a half of the second derivatives by the torques of the joints.
+    def _by_torques(self, torques: OfTorques, k: slice) -> tuple[FloatArray, FloatArray]:
+        """Return a half (220, 220) of the second derivatives by the torques of instants k.
 
-        With rows P of their partials in the control points, those of an instant are
+        With rows P of their partials in the control points, w, w' and c of their second derivatives
+        (`OfTorques`) and P' of the next instant it is
 
-            P^T w P / 2 + P^T c V,        V_i = N' for the velocity of joint i, else 0,
+            P^T (w P / 2 + c V + w' P'),        V_i = N' for the velocity of joint i, else 0,
 
-        and with P' of the next instant those of both P^T w' P'.
+        the last part P^T w' P' of the last instant apart, for the next control points. After the
+        last instant of a step that is its own mirror image comes T.
         """
-        P = self._onto_points(torques.partials)
-        second, onward, by_velocity = (w[..., None, None] for w in torques[1:])
-        rows = P * (second / 2.0)
+        w, onward, by_velocity = (part[k] for part in torques[1:])
+        P = self._onto_points(torques.partials[k], k)
+        rows = P * (w / 2.0)[..., None, None]
+        rows[:-1] += onward[:-1, :, None, None] * P[1:]
         joint = np.arange(len(JOINTS))
-        rows[:, joint, :, JOINTS] += by_velocity[..., 0].swapaxes(0, 1) * self._active_N[1]
-        for k, _ in self._pieces:  # neighbours that have the same control points
-            rows[k][:-1] += onward[k][:-1] * P[k][1:]
-        for k, at in self._pieces:
-            half[at, at] += _flat(P[k]).T @ _flat(rows[k])
-        ends = np.array([k.stop - 1 for k, _ in self._pieces])
-        if onward.any():
-            after = P[(ends + 1) % len(P)]
-            joint, sign = self.basis.cycle.index[JOINTS] - JOINTS[0], self.basis.cycle.sign[JOINTS]
-            after[-1] = sign[:, None, None] * after[-1][joint]  # at T
-            self._add_pairs(half, ends, P[ends], onward[ends] * after)
-
-    def _add_pairs(self, half: FloatArray, k: IntArray, D: FloatArray, E: FloatArray) -> None:
-        """Add D^T E of rows (n, r, 4, 55) of instants k (n,) and of those that follow.
-
-        After the last instant of a step that is its own mirror image comes T, in the control points
-        of the first one.
-        """
-        first = self._active[:, 0]
-        for here, onward, d, e in zip(first[k], first[(k + 1) % len(first)], D, E, strict=True):
-            half[_points(here), _points(onward)] += _flat(d[None]).T @ _flat(e[None])
+        rows[:, joint, :, JOINTS] += by_velocity.T[..., None] * self._active_N[1, k]
+        following = slice(k.stop, k.stop + 1) if k.stop < len(self.times) else slice(1)
+        after = self._onto_points(torques.partials[following], following)
+        if following.start is None:
+            cycle = self.basis.cycle
+            after = after[:, cycle.index[JOINTS] - JOINTS[0]] * cycle.sign[JOINTS, None, None]
+        after *= onward[-1:, :, None, None]
+        return _summed(P, rows), _summed(P[-1:], after)
 
     def _folded(self, half: FloatArray) -> FloatArray:
         """Return by the free control points what is by all of them, Eq. (26); `half` is used up.
@@ -154,36 +151,35 @@ class Transcription:
         columns[:, : n - m] += cycle.turned(columns[:, m:])
         return half[: m * N_DOF, : m * N_DOF]
 
-    def _onto_points(self, rows: FloatArray, at: IntArray | slice = _ALL) -> FloatArray:
-        """Return rows (K, r, 165) in q, v, a as rows (K, r, 4, 55) in the active control points.
+    def _onto_points(self, rows: FloatArray, k: slice | IntArray = _EVERY) -> FloatArray:
+        """Return rows (k, r, 165) in q, v, a as rows (k, r, 4, 55) in the active control points.
 
-        Those of the instants `at`, all by default.
+        Those of the instants k, by default of all.
         """
-        by_q, by_v, by_a = (part[:, :, None] for part in np.split(rows, 3, axis=2))
-        q, v, a = self._active_N[:, at, None, :, None]
+        by_q, by_v, by_a = (rows[:, :, None, i : i + N_DOF] for i in range(0, 3 * N_DOF, N_DOF))
+        q, v, a = self._active_N[:, k, None, :, None]
         found = by_q * q
         found += by_v * v
         found += by_a * a
         return np.asarray(found)
 
-    def _half_of_direct(self, k: slice, blocks: FloatArray) -> FloatArray:
-        """Return a half of what blocks (k, 4, 55, 55) add to the active points, (220, 220).
+    def _half_of_direct(self, blocks: StateHessian, k: slice) -> FloatArray:
+        """Return a half of what second derivatives at instants add to the active points, (220, 220).
 
-        The blocks of an instant are H_qq, H_qv, H_qa and H_vv. In the control points i and j they
-        are
+        In the control points i and j those of an instant are
 
-            sum over k of N_ki H_qq N_kj + N_ki H_qv N'_kj + N_ki H_qa N''_kj + N'_ki H_vv N'_kj
+            N_ki H_qq N_kj + N_ki H_qv N'_kj + N_ki H_qa N''_kj + N'_ki H_vv N'_kj
 
         and the transposes of the mixed ones, H_vq and H_aq, which come with the other half;
-        therefore only half of H_qq and H_vv is taken. One product of matrices sums over instants
-        and blocks: its rows are pairs of control points, its columns are pairs of DOF.
+        therefore only half of H_qq and H_vv is taken. Products of matrices sum over instants: their
+        rows are pairs of control points, their columns are pairs of DOF.
         """
         q, v, a = self._active_N[:, k]  # N, N', N'': instant, control point
-        by_block = (q / 2, q), (q, v), (q, a), (v / 2, v)
-        weights = np.stack([i[:, :, None] * j[:, None, :] for i, j in by_block])
-        weights = weights.transpose(2, 3, 1, 0)  # from block, instant, i, j to i, j, instant, block
-        sums = weights.reshape(POINTS**2, -1) @ blocks.reshape(-1, N_DOF**2)
-        half = sums.reshape(POINTS, POINTS, N_DOF, N_DOF)  # i, j, DOF of i, DOF of j
+        sums = sum(
+            (i[:, :, None] * j[:, None, :]).reshape(-1, POINTS**2).T @ block[k].reshape(-1, N_DOF**2)
+            for block, (i, j) in zip(blocks, ((q / 2, q), (q, v), (q, a), (v / 2, v)), strict=True)
+        )
+        half = np.asarray(sums).reshape(POINTS, POINTS, N_DOF, N_DOF)  # i, j, DOF of i, DOF of j
         return half.transpose(0, 2, 1, 3).reshape(POINTS * N_DOF, POINTS * N_DOF)
 
     def _places(self, constraint: Constraint) -> tuple[IntArray, IntArray, FloatArray]:
@@ -198,9 +194,9 @@ class Transcription:
         return functions % m, dof, np.where(mirrored, cycle.sign[columns], 1.0)
 
 
-def _flat(rows: FloatArray) -> FloatArray:
-    """Return rows (k, r, 4, 55) of several instants below each other, (k * r, 220)."""
-    return rows.reshape(-1, POINTS * N_DOF)
+def _summed(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the sum (220, 220) over instants of products of rows (k, r, 4, 55)."""
+    return left.reshape(-1, POINTS * N_DOF).T @ right.reshape(-1, POINTS * N_DOF)
 
 
 def _points(first: int) -> slice:
