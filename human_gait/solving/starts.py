@@ -283,7 +283,8 @@ def continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> So
 def refined(program: GaitProgram, solver: str, tell: Tell | None = None) -> Solution:
     """Solve the walk with as many control points as usual; it is the start of the finer one."""
     grid = program.scenario.discretisation
-    usual = type(grid)(intervals=min(grid.intervals, type(grid)().intervals))
+    usual = type(grid)().completed(program.scenario.about)
+    usual = replace(usual, intervals=min(grid.intervals, usual.intervals))
     coarse = program.for_scenario(replace(program.scenario, discretisation=usual))
     before = solve(coarse, solver, tell=tell)
     solution = solve(program, solver, adapted(before.gait, program), tell=tell)
