@@ -198,6 +198,25 @@ def test_the_page_of_settings_has_every_setting_with_what_it_allows():
             assert f"{one.low:g} to {one.high:g}" in cells[3].replace("\N{NO-BREAK SPACE}", " ")
 
 
+@pytest.mark.parametrize("column, formulation", enumerate(["human", "effort", "paper"], 2))
+def test_formulations_stand_side_by_side_as_they_are(column, formulation):
+    scenario = human_gait.Scenario("any", {"speed": 1.2}, objective={"formulation": formulation})
+    theory = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
+    table = theory.partition("### Side by side")[2].partition("\n### ")[0]
+    rows = [row.split("|") for row in table.splitlines() if row.startswith("| `")]
+    assert len(rows) > 25
+    for row in rows:
+        key, told = row[1].strip(" `"), row[column].strip()
+        section, name = key.split(".")
+        value = getattr(getattr(scenario, section), name)
+        if isinstance(value, str):
+            assert told == f'`"{value}"`', key
+        else:
+            values = list(value) if isinstance(value, tuple) else [value]
+            numbers = re.findall(r"\d+(?:\.\d+)?", told)[: len(values)]
+            assert [float(number) for number in numbers] == values, key
+
+
 def test_the_reference_has_every_public_name_and_every_wing():
     """A class or function of the package under its own name, each once over all pages."""
     made = pages.pages()
