@@ -3,8 +3,9 @@
     python benchmarks/convergence.py [--out DIR] [--images DIR]
 
 Solves preferred walking with 8 to 24 control points per DOF by Newton's method, from the program's
-own guess; where it says so also from guesses that are disturbed at random, which shows how far
-optima differ. A case with numbers in DIR is not solved again.
+own guess; with some numbers also by a posture path, from the walk with fewer, and from guesses that
+are disturbed at random, which shows how far optima differ. A case with numbers in DIR is not solved
+again.
 """
 
 from __future__ import annotations
@@ -24,16 +25,18 @@ from rich.table import Table
 from human_gait.checks import ground, motion
 from human_gait.checks.verification import verify
 from human_gait.people.reference import references_near, scores
-from human_gait.problem.program import build_program
+from human_gait.problem.program import GaitProgram, build_program
 from human_gait.scenario import load_scenario
-from human_gait.solving.solver import Solution, solve
+from human_gait.solving.solver import POSTURE, Solution, solve
 from human_gait.solving.starts import disturbed
+from human_gait.solving.warm_start import adapted
 from human_gait.walk.gait_cycle import gait_cycle
-from human_gait.walk.gait_file import make_record, save_gait
+from human_gait.walk.gait_file import load_gait, make_record, save_gait
 
 SCENARIO = Path(__file__).parent.parent / "scenarios" / "preferred.toml"
 NUMBERS = (8, 10, 12, 14, 16, 20, 24)
-STARTS = {14: 3, 20: 3}  # how many starts, where not one
+GUESS, PATH, FEWER = "guess", "posture path", "walk with fewer"
+STARTS = {14: (PATH, FEWER, "disturbed 1", "disturbed 2"), 20: (PATH, FEWER)}
 DENSE = {
     "footholds": motion.FOOTHOLDS.name,
     "penetration": motion.DEPTH.name,
@@ -56,28 +59,46 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 MARKERS = "os^Dv<>"
 
 
-def cases() -> Iterator[tuple[int, int]]:
-    """Yield control points and start of every case; start 0 is the guess as it is."""
-    for n in NUMBERS:
-        for start in range(STARTS.get(n, 1)):
-            yield n, start
+def cases() -> Iterator[tuple[int, str]]:
+    """Yield control points and start of every case."""
+    yield from ((n, GUESS) for n in NUMBERS)
+    yield from ((n, start) for n, starts in STARTS.items() for start in starts)
 
 
-def solved(folder: Path, n: int, start: int) -> dict[str, Any]:
+def solved(folder: Path, n: int, start: str) -> dict[str, Any]:
     """Return the numbers of one case, solved now or before."""
-    case = folder / f"{n:02d}-{start}"
+    case = folder / name_of(n, start)
     if (case / "case.json").is_file():
         return dict(json.loads((case / "case.json").read_text()))
     program = build_program(load_scenario(SCENARIO).replace(control_points=n))
-    guess = disturbed(program, np.random.default_rng(start)) if start else None
-    numbers = {"control_points": n, "start": start}
+    how = beginning(program, start, folder)
     begun = time.process_time()
-    solution = solve(program, guess=guess, time_limit=None)
-    numbers |= {"time_s": time.process_time() - begun, **measured(solution)}
+    solution = solve(program, time_limit=None, **how)
+    seconds = time.process_time() - begun
+    numbers = {"control_points": n, "start": start, "time_s": seconds, **measured(solution)}
     case.mkdir(parents=True, exist_ok=True)
     save_gait(solution.gait, case)
     (case / "case.json").write_text(json.dumps(numbers, indent=2) + "\n")
     return numbers
+
+
+def name_of(n: int, start: str) -> str:
+    """Return the folder of a case."""
+    return f"{n:02d}-{start.replace(' ', '-')}"
+
+
+def beginning(program: GaitProgram, start: str, folder: Path) -> dict[str, Any]:
+    """Return where `solve` starts."""
+    if start == PATH:
+        return {"weights": POSTURE}
+    if start == FEWER:
+        n = program.scenario.discretisation.control_points
+        fewer = NUMBERS[NUMBERS.index(n) - 1]
+        return {"start": adapted(load_gait(folder / name_of(fewer, GUESS)), program)}
+    if start == GUESS:
+        return {}
+    seed = int(start.removeprefix("disturbed "))
+    return {"guess": disturbed(program, np.random.default_rng(seed))}
 
 
 def measured(solution: Solution) -> dict[str, Any]:
@@ -126,11 +147,11 @@ def figure(found: list[dict[str, Any]]) -> Figure:
     """Return cost, time, what is kept between the instants, and likeness over control points."""
     drawn = Figure(figsize=(9.0, 6.4), layout="constrained")
     panels = drawn.subplots(2, 2, sharex=True).ravel()
-    own = [case for case in found if not case["start"]]
-    others = [case for case in found if case["start"]]
+    own = [case for case in found if case["start"] == GUESS]
+    others = [case for case in found if case["start"] != GUESS and case["walk"]]
     for panel, key, scale in ((panels[0], "cost", 1e3), (panels[1], "time_s", 1.0)):
         for cases, look in ((own, "o-"), (others, "x")):
-            name = "disturbed guesses" if cases is others else "guess"
+            name = "other starts" if cases is others else "guess"
             n = [case["control_points"] for case in cases]
             panel.plot(n, [case[key] / scale for case in cases], look, color="#0072B2", label=name)
     n = [case["control_points"] for case in own]
