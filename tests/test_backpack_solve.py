@@ -9,7 +9,7 @@ from human_gait.reporting.agreement import curve_differences
 
 pytestmark = pytest.mark.solve
 
-NAMES = ("backpack-0", "backpack-20", "backpack-40")
+NAMES = ("paper-backpack-0", "paper-backpack-20", "paper-backpack-40")
 LOADS = (0.0, 9.072, 18.144)  # [kg]
 
 

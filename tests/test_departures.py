@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from walks import scenario
 
-from human_gait.body.limits import joint_limits
+from human_gait.body.limits import joint_limits, position_limits
+from human_gait.body.skeleton import index
 from human_gait.scenario import Scenario
 from human_gait.settings.departures import departures
 from human_gait.settings.records import all_settings
@@ -28,17 +28,32 @@ def test_nothing_is_told_of_a_walk_by_default():
 @pytest.mark.parametrize("end", ["low", "high"])
 def test_every_tolerance_at_its_end_is_told_with_its_default(setting, end):
     value = getattr(setting, end)
-    (one,) = departures(PLAIN.replace({setting.dotted: value}))
+    told = departures(PLAIN.replace({setting.dotted: value}))
+    if value == setting.default:
+        assert told == []
+        return
+    (one,) = told
     assert (one.key, one.value, one.default) == (setting.dotted, value, setting.default)
     assert one.unit == setting.unit
 
 
+def test_another_formulation_is_told_and_nothing_that_follows_from_it():
+    for formulation in ("effort", "paper"):
+        assert told(objective={"formulation": formulation}) == [
+            f"objective.formulation = {formulation}, default human"
+        ]
+    assert told(objective={"formulation": "effort"}, tolerances={"contact_speed": 0.1}) == [
+        "tolerances.contact_speed = 0.1 m/s, default 0.3",
+        "objective.formulation = effort, default human",
+    ]
+
+
 def test_it_is_told_in_a_line():
     assert told(tolerances={"contact_speed": 2.0}) == [
-        "tolerances.contact_speed = 2 m/s, default 0.3"
+        "tolerances.contact_speed = 2 m/s, default 0.1"
     ]
     assert told(ground={"sharing": "parallel", "friction": 2}) == [
-        "ground.sharing = parallel, default pivot",
+        "ground.sharing = parallel, default least_effort",
         "ground.friction = 2, default 0.5",
     ]
     assert told(load={"size": [0.3, 0.4, 0.3]}) == [
@@ -57,7 +72,8 @@ def test_own_ranges_and_frozen_joints_stand_beside_the_usual_range():
     )
     by_key = {one.key: one for one in found}
     assert by_key["limits.wrist_flexion_r"].value == [0.0, 0.0]
-    assert by_key["limits.wrist_flexion_r"].default == [-20.0, 20.0]
+    usual = position_limits()[0][index("wrist_flexion_r")]
+    assert by_key["limits.wrist_flexion_r"].default[0] == pytest.approx(np.rad2deg(usual))
     lower, upper = (np.rad2deg(end) for end in joint_limits(PLAIN))
     knee = list(by_key["limits.knee_flexion_r"].default)
     assert min(abs(lower - knee[0]).min(), abs(upper - knee[1]).min()) < 1e-6
@@ -65,7 +81,7 @@ def test_own_ranges_and_frozen_joints_stand_beside_the_usual_range():
 
 
 def test_a_default_that_follows_from_another_setting_is_no_departure():
-    few = scenario(control_points=6, intervals=20, dynamics_per_interval=2, periodicity="velocity")
+    few = PLAIN.replace({"discretisation.control_points": 6})
     assert departures(few) == []
     tied = few.replace({"discretisation.periodicity": "position"})
     assert [str(one) for one in departures(tied)] == [

@@ -592,7 +592,7 @@ def test_explain_of_no_result_is_bad_input(capsys):
 
 @pytest.mark.solve
 def test_the_explanation_of_a_walk_names_bounds_that_hold_it():
-    result = solved("normal")
+    result = solved("paper-normal")
     found = json.loads((result.folder / "explanation.json").read_text())
     savings = [one["saving"] for one in found["shapes"]]
     assert savings == sorted(savings, reverse=True)
@@ -606,8 +606,8 @@ def test_the_explanation_of_a_walk_names_bounds_that_hold_it():
 @pytest.mark.solve
 def test_multipliers_of_a_walk_foretell_what_more_room_saves():
     """At the optimum: stationary; and solved again with 0.1 mm more tolerance for the feet."""
-    task = solved("normal").gait.scenario
-    free = solved("normal").gait.control_points[: solved("normal").gait.basis.n_free].ravel()
+    gait = solved("paper-normal").gait
+    task, free = gait.scenario, gait.control_points[: gait.basis.n_free].ravel()
     program = build_program(task)
     solution = solve(program, start=free)
     assert solution.converged

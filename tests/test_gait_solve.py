@@ -35,7 +35,7 @@ LEAST_CORRELATION = {  # with every measured mean; laboratories agree among them
 }
 
 
-@pytest.fixture(params=["normal", "preferred"])
+@pytest.fixture(params=["paper-normal", "preferred"])
 def result(request):
     return solved(request.param)
 
@@ -91,7 +91,7 @@ def test_a_walk_whose_file_is_changed_is_refused_or_shown(
     digests, key, value, code, said, tmp_path, capsys
 ):
     """With its digests it is refused in any case; without, as an older file, as far as may be."""
-    with np.load(solved("preferred").folder / "gait.npz") as file:
+    with np.load(solved("paper-normal").folder / "gait.npz") as file:
         members = dict(file)
     section, _, name = key.rpartition(".")
     member = "scenario" if section else "solution"
@@ -183,7 +183,7 @@ def test_the_same_scenario_gives_the_same_walk():
     np.testing.assert_array_equal(*ends)
 
 
-@pytest.mark.parametrize("name", ["female", "frozen-38", "paper-275", "preferred-plain"])
+@pytest.mark.parametrize("name", ["frozen-38", "paper-275", "preferred-plain"])
 def test_every_other_scenario_is_a_walk(name):
     result = solved(name)
     assert result.success
@@ -224,7 +224,7 @@ def test_more_speed_takes_more_hip_torque():
 
 
 TASKS = {
-    "snopt": load_scenario(SCENARIOS / "normal.toml"),
+    "snopt": load_scenario(SCENARIOS / "paper-normal.toml"),
     "ipopt": scenario(intervals=18),  # coarse, since it is slow: not kept between its instants
 }
 
@@ -246,7 +246,7 @@ def test_newton_finds_a_walk_as_cheap_as_the_other_solvers(solver):
 @pytest.mark.parametrize("control_points", [8, 12])
 def test_newton_ends_at_an_optimum(control_points):
     """The conditions of Karush, Kuhn and Tucker in the variables of the solver, to 1e-4."""
-    task = load_scenario(SCENARIOS / "normal.toml")
+    task = load_scenario(SCENARIOS / "paper-normal.toml")
     grid = replace(task.discretisation, control_points=control_points)
     program = build_program(replace(task, discretisation=grid))
     functions = ProgramFunctions(program.torques.prog)

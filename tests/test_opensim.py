@@ -206,7 +206,7 @@ def test_the_inverse_dynamics_tool_finds_the_torques_from_the_files_alone(tmp_pa
     accelerations of our cubic ones have at their knots: an error in proportion to the time between
     samples. With the accelerations given (above) there is none.
     """
-    gait = solved("normal").gait
+    gait = solved("paper-normal").gait
     coarse, fine = (tool_error(gait, tmp_path / str(rate), rate) for rate in (250, 1000))
     assert fine.max() < 0.01
     assert coarse.max() / fine.max() == pytest.approx(4, rel=0.1)

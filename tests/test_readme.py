@@ -27,11 +27,11 @@ SHELL = "\n".join([*CODE, *(text for kind, text in BLOCKS if kind == "sh")])
 TARGETS = sorted(set(re.findall(r"^make ([a-z-]+)", SHELL, re.MULTILINE)))
 EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
 RESULTS = {  # three solves are enough to stand for five
-    "normal": "normal",
-    "preferred": "normal",
-    "backpack-0": "backpack-0",
-    "backpack-20": "backpack-40",
-    "backpack-40": "backpack-40",
+    "normal": "paper-normal",
+    "preferred": "preferred",
+    "backpack-0": "paper-backpack-0",
+    "backpack-20": "paper-backpack-40",
+    "backpack-40": "paper-backpack-40",
 }
 PLACEHOLDER = re.compile(r"\[?[A-Z_]+2?[\].]*")
 STANDS_FOR = {

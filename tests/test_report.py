@@ -914,7 +914,7 @@ def test_a_mistake_is_one_line_and_leaves_nothing_behind(three, tmp_path, monkey
 
 @pytest.mark.solve
 def test_the_report_of_a_prediction(tmp_path):
-    result = solved("normal")
+    result = solved("paper-normal")
     target = report_to_file([result.folder], tmp_path / "report.html")
     page = target.read_text()
     assert 2_000_000 < len(page.encode()) < 5_000_000

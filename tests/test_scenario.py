@@ -129,7 +129,7 @@ def test_scenarios_can_be_hashed_and_pickled(tmp_path):
         ("[wlak]\n", ["wlak", "did you mean walk?"]),
         ("[load]\nqqq = 1\n" + WALK, ["load.qqq", "known are mass, position, size"]),
         ("", ["walk.speed", "is missing", "m/s"]),
-        ("[walk]\nspeed = 1.2\n", ["walk.step_length", "is missing"]),
+        ("[walk]\nstep_length = 0.7\n", ["walk.speed", "is missing"]),
         ("walk = 3\n", ["walk = 3", "table"]),
         ("[[walk]]\nspeed = 1.2\n", ["walk", "table"]),
         ("limits = 3\n" + WALK, ["limits = 3", "table"]),
@@ -161,7 +161,7 @@ def test_scenarios_can_be_hashed_and_pickled(tmp_path):
         (WALK + "[discretisation]\ncontrol_points = true\n", ["control_points", "whole number"]),
         (WALK + '[objective]\nkind = "speed"\n', ["objective.kind", "one of torque_squared"]),
         (WALK + "[phases]\nheel_off = 0.2\n", ["phases.heel_off = 0.2", "must come after"]),
-        (WALK + "[phases]\nfoot_flat = 0.3\n", ["phases.foot_flat = 0.3", "must not come after"]),
+        (WALK + "[phases]\nfoot_flat = 0.4\n", ["phases.foot_flat = 0.4", "must not come after"]),
         ('name = "../escape"\n' + WALK, ["name", "letters"]),
         ('name = ""\n' + WALK, ["name", "letters"]),
         (WALK + "[limits]\npelvis_rx = 3\n", ["limits.pelvis_rx = 3", "2 numbers", "deg"]),
@@ -300,7 +300,7 @@ step_lenght = 0.7
 sex = "x"
 mass = "40 ft"
 [phases]
-foot_flat = 0.3
+foot_flat = 0.4
 heel_off = 0.2
 [discretisation]
 control_points = 5
@@ -504,7 +504,7 @@ def test_the_range_of_a_joint_is_replaced_by_its_key():
         ({"mass": 80.0}, ["mass: could be", "subject.mass or load.mass"]),
         ({"walk.speed": 1.0, "speed": 1.0}, ["walk.speed: is given twice"]),
         ({"speed": 99.0}, ["walk.speed = 99.0: must be a number"]),
-        ({"walk": {"speed": 1.0}}, ["walk.step_length: is missing"]),
+        ({"walk": {"step_length": 0.6}}, ["walk.speed: is missing"]),
         ({"walk": 3, "walk.speed": 1.0}, ["walk = 3: must be a table"]),
         ({"step_length": 1.5}, ["step_length", "reach of legs"]),
         ({"mass": 1, "zzz": 1}, ["mass: could be", "zzz: unknown"]),

@@ -69,7 +69,7 @@ def test_a_default_that_is_told_is_the_one_that_is_taken(setting):
     if setting.default is not None:
         assert taken == (list(setting.default) if setting.count > 1 else setting.default)
         assert tomllib.loads(f"x = {json.dumps(taken)}")["x"] == taken
-    elif not setting.required:
+    elif not setting.required and setting.section != "walk":  # step length: test_formulations
         assert str(taken) in setting.default_words
 
 
@@ -280,7 +280,7 @@ def test_what_a_new_scenario_holds_is_right_for_editors():
     "table",
     [
         {},
-        {"walk": {"speed": 1.2}},
+        {"walk": {"step_length": 0.7}},
         {**BASE, "colour": "red"},
         {**BASE, "load": {"mas": 1}},
         {**BASE, "load": 3},

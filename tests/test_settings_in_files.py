@@ -42,6 +42,7 @@ PLACES = {  # a setting, another value, and the files that have a place of their
     "ground.friction": (0.3, ["human.urdf"]),
     "ground.sharing": ("parallel", FORCES),
     "ground.pivot_height": (2.0, FORCES),
+    "ground.loading": ((0.3, 0.5, 1.0), FORCES),
     "objective.passive_torques": ("none", ["joint_torques.csv"]),
     "posture.pelvis_deg": (5.0, LIMITS),
     "posture.spine_deg": (2.0, LIMITS),
@@ -50,6 +51,10 @@ PLACES = {  # a setting, another value, and the files that have a place of their
     "limits.frozen": (("wrist_flexion_r", "wrist_flexion_l"), LIMITS),
     "limits.<joint>": ((1.0, 70.0), LIMITS),
 }
+PRICES = (
+    *("kind", "weighting", "knee", "arms", "passive_cost", "activation_time", "positive_work"),
+    *("negative_work", "tendon_stiffness", "steady_trunk", "steady_head"),
+)
 _MOTION = "the motion is what follows from it"
 _SOLVING = "how closely it is solved, which is no property of a walk"
 NO_PLACE = {
@@ -61,8 +66,10 @@ NO_PLACE = {
     "phases.heel_off": _MOTION,
     "posture.swing_knee": _MOTION,
     "posture.limbs": _MOTION,
-    "objective.kind": _MOTION,
-    "objective.weighting": _MOTION,
+    "ground.pad": "bounds the pressure, which follows from it",
+    "ground.ball": _MOTION,
+    "objective.formulation": "what other settings are by default, and those are there",
+    **{f"objective.{key}": _MOTION for key in PRICES},
     "discretisation": _SOLVING,
     "tolerances": _SOLVING,
 }

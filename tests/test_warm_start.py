@@ -340,7 +340,7 @@ def test_dense_matrices_are_for_few_variables(monkeypatch):
 )
 def test_a_walk_changed_by_5_percent_is_found_sooner_from_its_neighbour(what, change):
     """By its first start, verified, and no dearer than the one that is found cold."""
-    before = solved("backpack-40")
+    before = solved("paper-backpack-40")
     task = before.gait.scenario
     part = "load" if what == "load" else "walk"
     name = "mass" if what == "load" else what

@@ -2,6 +2,8 @@
 
 from functools import cache
 
+from walks import EFFORT
+
 from human_gait.body.person import make_body
 from human_gait.scenario import Scenario
 from human_gait.walk.bspline import Basis
@@ -20,6 +22,7 @@ def guessed_gait(load_mass=0.0):
             "walk": {"speed": 1.2, "step_length": 0.66},
             "load": {"mass": load_mass},
             "discretisation": {"control_points": 9},
+            "objective": EFFORT,
         }
     )
     body = make_body(scenario.subject, scenario.load)

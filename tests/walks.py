@@ -5,6 +5,9 @@ import numpy as np
 from human_gait.problem.program import build_program
 from human_gait.scenario import Scenario
 
+EFFORT = {"formulation": "effort"}
+"""The objective of walks that are solved soonest: for tests that need any walk."""
+
 
 def scenario(
     speed=1.2,
@@ -16,7 +19,7 @@ def scenario(
     periodicity="acceleration",
     **sections,
 ):
-    """A coarse scenario; further sections by name, each a table as in a file."""
+    """A coarse scenario of the formulation `effort`; further sections as tables, as in a file."""
     walk = {"speed": speed, "step_length": step_length, "step_width": step_width}
     grid = {
         "control_points": control_points,
@@ -25,6 +28,7 @@ def scenario(
         "periodicity": periodicity,
     }
     tables = {"name": "test", "walk": walk, "discretisation": grid, **sections}
+    tables["objective"] = EFFORT | tables.get("objective", {})
     return Scenario.from_dict(tables)
 
 

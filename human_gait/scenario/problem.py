@@ -124,11 +124,11 @@ class Tolerances(Section):
         2.0,
         default=0.1,
         effort=0.3,
-        default_words="0.1 x (speed / 1.2 m/s)^2, 0.3 for effort",
+        default_words="0.1 x (speed / 1.2 m/s)^2, 0.01 at least; 0.3 for effort",
         source="Eq. 24; calibrated",
     )
     landing_speed: float = number(
-        "the same for the heel just after its strike, ball and toes when the foot has come down",
+        "the same just after landing: of the heel, then of ball and toes",
         "m/s",
         1e-3,
         2.0,
@@ -213,7 +213,7 @@ class Tolerances(Section):
         found = super().defaults(given, about)
         human = about.formulation == HUMAN
         if human:
-            found["contact_speed"] = round(min(0.1 * (about.speed / 1.2) ** 2, 2.0), 4)
+            found["contact_speed"] = round(max(0.1 * (about.speed / 1.2) ** 2, 0.01), 4)
             found["pelvis_speed"] = round(about.speed / 8.0, 4)
         place = given.get("contact", found["contact"])
         found["contact_height"] = min(found["contact_height"], place) if human else place
@@ -235,8 +235,7 @@ class Ground(Section):
     """
 
     sharing: str = choice(
-        "pivot: both feet push towards one point; parallel: both in the same direction; "
-        "least_effort: as takes the muscles of the legs least",
+        "how both feet push: towards a point, in parallel, or as takes least effort",
         "pivot",
         "parallel",
         "least_effort",
@@ -263,7 +262,7 @@ class Ground(Section):
         source="pad of the heel bone: 5 to 6 cm",
     )
     loading: tuple[float, float, float] = number(
-        "where the leading foot takes the load: at strike, when flat, at the end of both standing",
+        "where the leading foot is loaded: at strike, when flat, as the other leaves",
         "of the way from heel to ankle",
         0.0,
         1.5,
@@ -299,7 +298,7 @@ class Objective(Section):
     """
 
     formulation: str = choice(
-        "what all other settings are by default: human, effort (of versions 0.1 to 0.3) or paper",
+        "whose defaults hold: human; effort, as before 0.4; paper, as printed",
         "human",
         "effort",
         "paper",
@@ -341,8 +340,7 @@ class Objective(Section):
         source="strength of hip over elbow and shoulder, squared: 4 to 10",
     )
     passive_torques: str = choice(
-        "measured: tissues, with the stiff spine of a loaded trunk; tissue: a softer spine; none: "
-        "the whole torque costs",
+        "what tissues give: measured, with a stiff spine; tissue, a softer one; none",
         "measured",
         "tissue",
         "none",
@@ -361,7 +359,7 @@ class Objective(Section):
         source="calibrated",
     )
     activation_time: float = number(
-        "how slowly muscles follow their nerves: T in squared torque + T^2 squared rate of torque",
+        "how slowly muscles follow their nerves: T in tau^2 + T^2 (dtau/dt)^2",
         "s",
         0.0,
         0.5,
@@ -418,6 +416,10 @@ class Objective(Section):
         """Return the defaults of the formulation that is given here."""
         formulation = given.get("formulation", about.formulation)
         return super().defaults(given, replace(about, formulation=formulation))
+
+    def usual(self, name: str, about: About) -> object:
+        """Return what a setting would be if it were left out: a formulation that of all others."""
+        return HUMAN if name == "formulation" else super().usual(name, about)
 
 
 @section

@@ -106,6 +106,8 @@ class Section:
         given = {name: getattr(self, name) for name in self.kinds() if name in self._given}
         values = {**self.defaults(given, about), **given}
         refuse([*self.conflicts(values)])
+        if all(getattr(self, name) == value for name, value in values.items()):
+            return self
         whole = copy(self)
         for name, value in values.items():
             object.__setattr__(whole, name, value)
@@ -182,9 +184,10 @@ class Section:
                 with gathered(errors):
                     cls._missing(name)
         refuse([*errors, *cls.conflicts(values)] if errors else [])
-        return cls(**given)
+        required = {name: values[name] for name in values if default_of(cls, name) is MISSING}
+        return cls(**{**required, **given})
 
-    def usual(self, name: str, about: About) -> Any:
+    def usual(self, name: str, about: About) -> object:
         """Return what a setting would be if it were left out and the others were given."""
         others = {key: getattr(self, key) for key in self.kinds() if key != name}
         return self.defaults(others, about).get(name, MISSING)

@@ -64,6 +64,7 @@ class Phases(Section):
         0.99,
         default=0.175,
         effort=0.15,
+        default_words="0.175, 0.15 for effort; the end of double support at most",
         source="measured, 1.2 m/s",
     )
     ball_off: float = number(
@@ -71,7 +72,8 @@ class Phases(Section):
         "of the step",
         0.01,
         0.99,
-        default=0.15,
+        default=0.20,
+        effort=0.15,
         default_words="0.10 before double support ends, 0.05 at least; 0.15 for effort",
         source="assumed: the trailing foot rolls to its toes",
     )
@@ -120,7 +122,9 @@ class Phases(Section):
         least, most = _DOUBLE_SUPPORT
         by_speed = 0.30 - 0.11 * (about.speed - 1.2)
         both = given.get("double_support", round(40.0 * min(max(by_speed, least), most)) / 40.0)
-        return {**usual, "double_support": both, "ball_off": round(max(both - 0.10, 0.05), 4)}
+        usual["foot_flat"] = min(usual["foot_flat"], both)
+        ball_off = min(round(max(both - 0.10, 0.05), 4), both)
+        return {**usual, "double_support": both, "ball_off": ball_off}
 
     @classmethod
     def conflicts(cls, values: Mapping[str, Any]) -> Iterator[ScenarioError]:
@@ -135,7 +139,7 @@ class Phases(Section):
                 yield ScenarioError(cls.dotted(event), f"{words} ({limit:g})", time)
 
 
-_DOUBLE_SUPPORT = (0.15, 0.325)  # the heel begins to unload at 0.35
+_DOUBLE_SUPPORT = (0.175, 0.325)  # the heel begins to unload at 0.35
 _NOT_AFTER = "must not come after the end of double support"
 _AFTER = "must come after the end of double support"
 _ORDER = (  # event, the one it is compared with, whether it is to be at or before it

@@ -12,6 +12,7 @@ from human_gait.body.limits import joint_limits
 from human_gait.body.skeleton import DOF_NAMES, index
 from human_gait.scenario import Scenario
 from human_gait.scenario.limits import Limits, range_rule
+from human_gait.scenario.problem import Posture
 from human_gait.scenario.schema import About, Section
 
 _TASK = ("walk.speed", "walk.step_length", "load.mass", "discretisation.control_points")
@@ -68,7 +69,7 @@ def _of_section(section: Section, about: About) -> Iterator[Departure]:
 
 def _of_joints(scenario: Scenario) -> Iterator[Departure]:
     """Yield joints that are frozen or have a range of their own, beside their usual range."""
-    usual = joint_limits(replace(scenario, limits=Limits()))
+    usual = joint_limits(replace(scenario, posture=Posture(), limits=Limits()))
     own = {name: [0.0, 0.0] for name in scenario.limits.frozen}
     own |= {limited.name: [limited.lower, limited.upper] for limited in scenario.limits.ranges}
     for name in sorted(own, key=DOF_NAMES.index):

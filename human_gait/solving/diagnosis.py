@@ -225,7 +225,9 @@ def _against_limits(
 def _resolution(program: GaitProgram, worst: Violation) -> Iterator[Suggestion]:
     """Find splines of fewer pieces than usual, too stiff for what they have to do."""
     grid = program.scenario.discretisation
-    usual = type(grid)(periodicity=grid.periodicity).control_points
+    usual = (
+        type(grid)(periodicity=grid.periodicity).completed(program.scenario.about).control_points
+    )
     if grid.control_points >= usual:
         return
     piece = program.basis.step_time / program.basis.n_pieces
