@@ -400,7 +400,7 @@ def test_derivatives_that_are_no_numbers_end_it():
 
 def state_of(problem, **changes):
     method = InteriorPoint(problem)
-    return method, method.start(numbers(0.3, 0.3), None, 0.1)._replace(**changes)
+    return method, replace(method.start(numbers(0.3, 0.3), None, 0.1), **changes)
 
 
 def test_multipliers_and_slacks_go_their_own_part_of_the_way():

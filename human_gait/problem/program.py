@@ -214,7 +214,9 @@ class GaitProgram:
         """
         x = self.torques.point(free / self.unit) if x is None else x
         changed = self.torques.changed_cost(x)
-        return self.cost(free)[0] if changed is None else changed / COST_SCALE
+        if changed is not None:
+            return changed / COST_SCALE
+        return sum(self.functions.integral(term, free)[0] for term in self.terms)
 
     def violations(self, free: FloatArray, x: FloatArray | None = None) -> list[Violation]:
         """Return the worst row of every constraint, of those added by Drake's calls too.
