@@ -176,7 +176,8 @@ class Transcription:
         """
         q, v, a = self._active_N[:, k]  # N, N', N'': instant, control point
         sums = sum(
-            (i[:, :, None] * j[:, None, :]).reshape(-1, POINTS**2).T @ block[k].reshape(-1, N_DOF**2)
+            (i[:, :, None] * j[:, None, :]).reshape(-1, POINTS**2).T
+            @ block[k].reshape(-1, N_DOF**2)
             for block, (i, j) in zip(blocks, ((q / 2, q), (q, v), (q, a), (v / 2, v)), strict=True)
         )
         half = np.asarray(sums).reshape(POINTS, POINTS, N_DOF, N_DOF)  # i, j, DOF of i, DOF of j
