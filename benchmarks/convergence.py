@@ -36,7 +36,7 @@ from human_gait.walk.gait_file import load_gait, make_record, save_gait
 SCENARIO = Path(__file__).parent.parent / "scenarios" / "preferred.toml"
 NUMBERS = (8, 10, 12, 14, 16, 20, 24)
 GUESS, PATH, FEWER = "guess", "posture path", "walk with fewer"
-STARTS = {14: (PATH, FEWER, "disturbed 1", "disturbed 2"), 20: (PATH, FEWER)}
+STARTS = {14: (PATH, FEWER, "disturbed 1", "disturbed 2"), 20: (PATH, FEWER), 24: (FEWER,)}
 DENSE = {
     "footholds": motion.FOOTHOLDS.name,
     "penetration": motion.DEPTH.name,
