@@ -144,11 +144,12 @@ def table(found: list[dict[str, Any]]) -> Table:
 
 
 def figure(found: list[dict[str, Any]]) -> Figure:
-    """Return cost, time, what is kept between the instants, and likeness over control points."""
+    """Return cost, time, what is kept between the instants, and likeness, of all optima."""
     drawn = Figure(figsize=(9.0, 6.4), layout="constrained")
     panels = drawn.subplots(2, 2, sharex=True).ravel()
-    own = [case for case in found if case["start"] == GUESS]
-    others = [case for case in found if case["start"] != GUESS and case["walk"]]
+    optima = [case for case in found if case["status"] == "optimal"]
+    own = [case for case in optima if case["start"] == GUESS]
+    others = [case for case in optima if case["start"] != GUESS]
     for panel, key, scale in ((panels[0], "cost", 1e3), (panels[1], "time_s", 1.0)):
         for cases, look in ((own, "o-"), (others, "x")):
             name = "other starts" if cases is others else "guess"
