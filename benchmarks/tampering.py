@@ -90,7 +90,7 @@ def neighbour(setting: Setting, value: Any) -> Any:
     if isinstance(value, str):
         return next((one for one in setting.choices if one != value), f"{value}x")
     if isinstance(value, list):
-        return [number * 1.01 for number in value]
+        return [number * 1.01 for number in value] if any(value) else [0.01 * setting.high] * 3
     moved = value + 1 if setting.whole else value * 1.01 or 0.01 * (setting.high or 1.0)
     return moved if setting.high is None or moved <= setting.high else value * 0.99
 

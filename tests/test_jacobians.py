@@ -17,14 +17,16 @@ SCENARIOS = {
     ),
     "the paper's five control points": scenario(control_points=5, periodicity="velocity"),
     "a backpack as a force": scenario(control_points=6, load=BACKPACK | {"model": "force"}),
-    "feet that lean by least effort": scenario(
-        control_points=6, ground={"sharing": "least_effort"}, phases={"double_support": 0.3}
+    "human": scenario(control_points=6, objective={"formulation": "human"}),
+    "human, not mirrored": scenario(
+        control_points=6, periodicity="velocity", objective={"formulation": "human"}
     ),
     "uneven grid and phases": scenario(
         control_points=8, intervals=13, phases={"double_support": 0.21, "heel_off": 0.7}
     ),
 }
-SCENARIOS = {name: task.replace({"posture.limbs": "apart"}) for name, task in SCENARIOS.items()}
+ALL_ROWS = {"posture.limbs": "apart", "posture.swing_knee": "bent"}
+SCENARIOS = {name: task.replace(ALL_ROWS) for name, task in SCENARIOS.items()}
 NAMES = [
     constraint.name for constraint in build_program(SCENARIOS["normal"]).with_friction().constraints
 ]

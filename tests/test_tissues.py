@@ -5,17 +5,27 @@ from walks import central_difference
 from human_gait import data
 from human_gait.body.limits import position_limits
 from human_gait.body.skeleton import DOF_NAMES, index
-from human_gait.dynamics.tissues import PassiveJoints, _kind
+from human_gait.dynamics.tissues import PassiveJoints
 
-PASSIVE = PassiveJoints()
+ENDS = ("flexion", "lateral", "rotation")  # of the names of the spine's DOF
 
 
-def torque_at(**degrees):
+@pytest.fixture(params=["tissue", "measured"], scope="module")
+def passive(request):
+    return PassiveJoints(request.param)
+
+
+@pytest.fixture(scope="module")
+def torque_at(passive):
     """Torques at a posture at rest where the named joints are bent, [N m]."""
-    q = np.zeros((1, 55))
-    for name, value in degrees.items():
-        q[0, index(name)] = np.deg2rad(value)
-    return PASSIVE.torque(q, 0.0 * q).value[0]
+
+    def at(**degrees):
+        q = np.zeros((1, 55))
+        for name, value in degrees.items():
+            q[0, index(name)] = np.deg2rad(value)
+        return passive.torque(q, 0.0 * q).value[0]
+
+    return at
 
 
 def walking_range(n=4, seed=0):
@@ -24,28 +34,28 @@ def walking_range(n=4, seed=0):
     return rng.uniform(0.5 * lower, 0.5 * upper, (n, 55)), rng.uniform(-3, 3, (n, 55))
 
 
-def test_partials_are_the_slopes():
+def test_partials_are_the_slopes(passive):
     """Torques of some 1e2 N m: rounding over 1e-6 is 1e-8."""
     for q, v in zip(*walking_range(), strict=True):
-        found = PASSIVE.torque(q[None], v[None]).partials[0]
+        found = passive.torque(q[None], v[None]).partials[0]
         state = np.concatenate([q, v])
         slopes = central_difference(
-            lambda x: PASSIVE.torque(x[None, :55], x[None, 55:]).value[0], state, np.eye(110)
+            lambda x: passive.torque(x[None, :55], x[None, 55:]).value[0], state, np.eye(110)
         )
         np.testing.assert_allclose(found[:, :110], slopes, atol=1e-6 * np.abs(slopes).max())
         np.testing.assert_array_equal(found[:, 110:], 0.0)
 
 
-def test_nothing_holds_the_body_in_space():
+def test_nothing_holds_the_body_in_space(passive):
     q, v = walking_range()
-    passive = PASSIVE.torque(q, v)
-    np.testing.assert_array_equal(passive.value[:, :6], 0.0)
-    np.testing.assert_array_equal(passive.partials[:, :6], 0.0)
-    np.testing.assert_array_equal(passive.partials[..., :6], 0.0)
+    found = passive.torque(q, v)
+    np.testing.assert_array_equal(found.value[:, :6], 0.0)
+    np.testing.assert_array_equal(found.partials[:, :6], 0.0)
+    np.testing.assert_array_equal(found.partials[..., :6], 0.0)
 
 
 @pytest.mark.parametrize("side", "rl")
-def test_tissue_brings_the_legs_back(side):
+def test_tissue_brings_the_legs_back(torque_at, side):
     """Stretched tissue pulls towards the middle: signs of Riener and Edrich's moments."""
     hip, knee, ankle = (
         f"{j}_{side}" for j in ("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
@@ -59,14 +69,14 @@ def test_tissue_brings_the_legs_back(side):
 
 
 @pytest.mark.parametrize("joint", ["hip_flexion_r", "knee_flexion_l", "ankle_dorsiflexion_r"])
-def test_elastic_moments_fall_as_the_joint_bends(joint):
+def test_elastic_moments_fall_as_the_joint_bends(torque_at, joint):
     """A tissue resists more the further it is stretched."""
     low, high = {"hip": (-20, 90), "knee": (0, 120), "ankle": (-40, 25)}[joint.split("_")[0]]
     moments = [torque_at(**{joint: x})[index(joint)] for x in np.linspace(low, high, 20)]
     assert np.all(np.diff(moments) < 0.0)
 
 
-def test_two_joint_muscles_couple_the_joints():
+def test_two_joint_muscles_couple_the_joints(torque_at):
     """The calf, stretched over a straight knee, pulls the toes down; a bent knee lets it go."""
     ankle = index("ankle_dorsiflexion_r")
     straight = torque_at(ankle_dorsiflexion_r=15)
@@ -77,7 +87,7 @@ def test_two_joint_muscles_couple_the_joints():
     assert hamstrings[0][hip] < hamstrings[1][hip]
 
 
-def test_the_legs_are_alike_and_do_not_touch_each_other():
+def test_the_legs_are_alike_and_do_not_touch_each_other(torque_at):
     bent = {"hip_flexion": 20, "knee_flexion": 50, "ankle_dorsiflexion": 10}
     right, left = (torque_at(**{f"{j}_{s}": x for j, x in bent.items()}) for s in "rl")
     upright = torque_at()
@@ -87,27 +97,41 @@ def test_the_legs_are_alike_and_do_not_touch_each_other():
         assert right[l] == pytest.approx(upright[l], rel=1e-12)
 
 
-def test_motion_is_damped_and_not_driven():
+def test_motion_is_damped_and_not_driven(passive):
     q, v = walking_range()
-    power = (PASSIVE.torque(q, v).value - PASSIVE.torque(q, 0.0 * v).value) * v
+    power = (passive.torque(q, v).value - passive.torque(q, 0.0 * v).value) * v
     assert np.all(power[:, 6:] < 0.0)
 
 
-def test_the_other_joints_are_springs():
+def test_the_other_joints_are_springs(passive):
     """Zero at rest, towards rest anywhere else."""
     legs = ("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
     springs = [i for i, name in enumerate(DOF_NAMES) if i >= 6 and not name.startswith(legs)]
     for away in (0.1, -0.1):
-        q = (PASSIVE.rest + away)[None]
-        assert np.all(PASSIVE.torque(q, 0.0 * q).value[0, springs] * away < 0.0)
-    rest = PASSIVE.torque(PASSIVE.rest[None], np.zeros((1, 55))).value[0, springs]
+        q = (passive.rest + away)[None]
+        assert np.all(passive.torque(q, 0.0 * q).value[0, springs] * away < 0.0)
+    rest = passive.torque(passive.rest[None], np.zeros((1, 55))).value[0, springs]
     np.testing.assert_allclose(rest, 0.0, atol=1e-15)
 
 
-def test_every_row_names_a_joint_and_every_joint_has_a_row():
+def test_every_row_names_joints_and_every_joint_has_a_row():
+    """A row stands for one joint, or for all of a kind that have none: no side, no number."""
     rows = data.rows("passive_joints")
     joints = [row["joint"] for row in rows]
     assert len(set(joints)) == len(joints)
-    assert set(joints) == {_kind(name) for name in DOF_NAMES[6:]}
+    own = {name.removesuffix("_r").removesuffix("_l") for name in DOF_NAMES[6:]}
+    kinds = {name: "".join(sign for sign in name if not sign.isdigit()) for name in own}
+    assert set(joints) <= own | set(kinds.values())
+    assert {name for name in own if not {name, kinds[name]} & set(joints)} == set()
     assert all(row["source"] for row in rows)
-    assert all(float(row[key]) >= 0.0 for row in rows for key in ("stiffness", "damping"))
+    given = [key for key in rows[0] if key.endswith(("stiffness", "damping"))]
+    assert len(given) == 4
+    assert all(float(row[key]) >= 0.0 for row in rows for key in given)
+
+
+def test_the_measured_spine_is_stiffer_and_most_of_all_against_turning():
+    soft, stiff = PassiveJoints("tissue").stiffness, PassiveJoints("measured").stiffness
+    spine = [i for i, name in enumerate(DOF_NAMES) if name.startswith("spine")]
+    assert np.all(stiff[spine] >= soft[spine])
+    of = {key: stiff[[i for i in spine if DOF_NAMES[i].endswith(key)]] for key in ENDS}
+    assert of["rotation"].min() > of["flexion"].max()

@@ -164,7 +164,7 @@ class Transcription:
         return np.asarray(found)
 
     def _half_of_direct(self, blocks: StateHessian, k: slice) -> FloatArray:
-        """Return a half of what second derivatives at instants add to the active points, (220, 220).
+        """Return a half (220, 220) of what second derivatives at instants add to active points.
 
         In the control points i and j those of an instant are
 
@@ -175,11 +175,10 @@ class Transcription:
         rows are pairs of control points, their columns are pairs of DOF.
         """
         q, v, a = self._active_N[:, k]  # N, N', N'': instant, control point
-        sums = sum(
-            (i[:, :, None] * j[:, None, :]).reshape(-1, POINTS**2).T
-            @ block[k].reshape(-1, N_DOF**2)
-            for block, (i, j) in zip(blocks, ((q / 2, q), (q, v), (q, a), (v / 2, v)), strict=True)
-        )
+        by_block = (q / 2, q), (q, v), (q, a), (v / 2, v)
+        weights = [(i[:, :, None] * j[:, None, :]).reshape(-1, POINTS**2) for i, j in by_block]
+        parts = zip(weights, blocks, strict=True)
+        sums = sum(weight.T @ block[k].reshape(-1, N_DOF**2) for weight, block in parts)
         half = np.asarray(sums).reshape(POINTS, POINTS, N_DOF, N_DOF)  # i, j, DOF of i, DOF of j
         return half.transpose(0, 2, 1, 3).reshape(POINTS * N_DOF, POINTS * N_DOF)
 

@@ -476,6 +476,14 @@ class Posture(Section):
         effort="bent",
         source="bent: Eq. 25",
     )
+    torques: str = choice(
+        "strength: no muscle gives more than the person can; free: whatever it takes",
+        "strength",
+        "free",
+        default="strength",
+        effort="free",
+        source="free: as in the paper",
+    )
     limbs: str = choice(
         "apart: arms, legs and trunk do not pass through each other; free: they may",
         "apart",

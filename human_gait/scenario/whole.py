@@ -109,13 +109,13 @@ class Scenario(Section):
         return cls.from_table(table)
 
     @classmethod
-    def from_record(cls, table: Mapping[str, Any]) -> Scenario:
+    def from_record(cls, table: object) -> Scenario:
         """Make the scenario of a result from the tables that are stored with it.
 
         Those of results that are older than the formulations name none: it is ``effort``.
         """
-        objective = table.get("objective", {})
-        if isinstance(objective, Mapping):
+        objective = table.get("objective", {}) if isinstance(table, Mapping) else None
+        if isinstance(table, Mapping) and isinstance(objective, Mapping):
             table = {**table, "objective": {"formulation": "effort", **objective}}
         return cls.from_table(table)
 

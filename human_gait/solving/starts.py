@@ -12,8 +12,8 @@ the same way every time.
 4. The other solvers.
 
 An attempt that ends feasible but not optimal is taken up again where it ended. If all that is wrong
-with a walk is that it would slip, it is taken up with friction as a constraint: hardly any walk
-needs that, and the solvers are quicker without.
+with a walk is that it would slip, or needs more strength than the person has, it is taken up with
+that as a constraint: hardly any walk needs it, and the solvers are quicker without.
 """
 
 from __future__ import annotations
@@ -54,6 +54,10 @@ _STRIDES = (0.0, 0.5, 1.0)  # of the way from comfortable walking to the walk th
 _COMFORTABLE_SPEED, _COMFORTABLE_STEP = 0.4, 0.71  # of sqrt(g l) and of l, the length of the leg
 _SPENT = ("iterations", "evaluations", "wall_time")
 _RANDOM_STARTS = 2
+_HELD: Mapping[Kind, Callable[[GaitProgram], GaitProgram]] = {
+    Kind.FRICTION: GaitProgram.with_friction,
+    Kind.STRENGTH: GaitProgram.with_strength,
+}
 _DISTURBANCE = 0.1  # standard deviation of every control point, [rad] or [m]
 
 
@@ -110,10 +114,10 @@ class Attempt:
         return self.solution.converged and all(check.passed for check in self.checks)
 
     @property
-    def slips(self) -> bool:
-        """Whether it would be a walk on a floor of more friction."""
+    def beyond(self) -> set[Kind]:
+        """What it is beyond, where stronger people or a rougher floor would make it a walk."""
         failed = {check.kind for check in self.checks if not check.passed}
-        return self.solution.converged and failed == {Kind.FRICTION}
+        return failed if self.solution.converged and failed <= _HELD.keys() else set()
 
     @property
     def feasible(self) -> bool:
@@ -232,8 +236,14 @@ def _taken(
     if attempt.feasible and not attempt.solution.converged:
         attempt = _again(program, f"{name}, taken up again", attempt, tell)
         yield attempt
-    if attempt.slips:
-        yield _again(program.with_friction(), f"{name}, held by friction", attempt, tell)
+    held = set[Kind]()
+    while more := attempt.beyond - held:  # a walk that slips no more may need more strength
+        held |= more
+        for kind in sorted(more):
+            program = _HELD[kind](program)
+        words = " and ".join(sorted(held))
+        attempt = _again(program, f"{name}, held by {words}", attempt, tell)
+        yield attempt
 
 
 def _again(
@@ -273,7 +283,8 @@ def continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> So
 def refined(program: GaitProgram, solver: str, tell: Tell | None = None) -> Solution:
     """Solve the walk with as many control points as usual; it is the start of the finer one."""
     grid = program.scenario.discretisation
-    usual = type(grid)(intervals=min(grid.intervals, type(grid)().intervals))
+    usual = type(grid)().completed(program.scenario.about)
+    usual = replace(usual, intervals=min(grid.intervals, usual.intervals))
     coarse = program.for_scenario(replace(program.scenario, discretisation=usual))
     before = solve(coarse, solver, tell=tell)
     solution = solve(program, solver, adapted(before.gait, program), tell=tell)

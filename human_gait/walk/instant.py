@@ -35,7 +35,7 @@ from human_gait.walk.ground_reaction import (
 )
 from human_gait.walk.least_effort import Lean, least_effort
 
-_DIAGONAL = np.diag_indices(N_DOF)
+_DOF = np.arange(N_DOF)
 _HEAD = int(np.searchsorted(LINKS, SEGMENTS["head"]))
 
 
@@ -200,7 +200,7 @@ class Walker:
             by_qq, by_qv = self._feet.hessian(dynamics, now.feet[f], now.v, f, *weights)
             qq[:, chain[:, None], chain] += by_qq
             qv[:, chain[:, None], chain] += by_qv
-        vv[:, *_DIAGONAL] += adjoint.velocity_second
+        vv[:, _DOF, _DOF] += adjoint.velocity_second
         hessian = StateHessian(qq, qv, qa, vv)
         if adjoint.passive_second.any():
             _add_passive(now, adjoint.passive_second, hessian)
@@ -231,8 +231,8 @@ def _add_passive(now: Instants, weights: FloatArray, hessian: StateHessian) -> N
     They depend on the postures of a few joints, and each on the velocity of its own joint alone.
     """
     by_q, by_v, _ = np.split(now.passive_torque.partials, 3, axis=2)
-    damping = by_v[:, *_DIAGONAL]
+    damping = by_v[:, _DOF, _DOF]
     weighted = by_q.swapaxes(1, 2) * weights[:, None]
     hessian.qq[:] += weighted @ by_q
     hessian.qv[:] += weighted * damping[:, None]
-    hessian.vv[:, *_DIAGONAL] += weights * damping**2
+    hessian.vv[:, _DOF, _DOF] += weights * damping**2
