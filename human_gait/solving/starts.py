@@ -37,6 +37,7 @@ from human_gait.solving.solver import POSTURE, Solution, solve
 from human_gait.solving.warm_start import adapted, fitting, stretched
 from human_gait.solving.watch import FEASIBLE, Iterate
 from human_gait.stopping import running, under_way
+from human_gait.walk.bspline import Basis
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import make_record
 
@@ -58,6 +59,8 @@ _HELD: Mapping[Kind, Callable[[GaitProgram], GaitProgram]] = {
     Kind.FRICTION: GaitProgram.with_friction,
     Kind.STRENGTH: GaitProgram.with_strength,
 }
+_SHAKEN = 8  # control points at most that are disturbed
+_SAMPLES = 101  # of a step
 _DISTURBANCE = 0.1  # standard deviation of every control point, [rad] or [m]
 
 
@@ -191,10 +194,19 @@ def best(attempts: list[Attempt]) -> Attempt:
 
 
 def disturbed(program: GaitProgram, rng: np.random.Generator) -> FloatArray:
-    """Return the program's guess (m * 55,), every control point disturbed within its limits."""
-    guess = program.guess().reshape(-1, N_DOF)
-    noisy = guess + rng.normal(0.0, _DISTURBANCE, guess.shape)
-    return np.clip(noisy, *program.limits).ravel()
+    """Return the program's guess (m * 55,), disturbed within its limits.
+
+    Every control point of a spline of a few is: the same shake at each point of a finer one would
+    be a much rougher motion.
+    """
+    guess, basis = program.guess().reshape(-1, N_DOF), program.basis
+    few = Basis.uniform(basis.cycle, min(_SHAKEN, basis.n_control_points), basis.mirrored)
+    t = np.linspace(0.0, basis.step_time, _SAMPLES)
+    q = basis.matrix(t) @ basis.expand(guess)
+    coarse = few.fit(t, q)
+    shaken = coarse + rng.normal(0.0, _DISTURBANCE, coarse.shape)
+    apart = few.matrix(t) @ (few.expand(shaken) - few.expand(coarse))
+    return np.clip(basis.fit(t, q + apart), *program.limits).ravel()
 
 
 def own_starts(
