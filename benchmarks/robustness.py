@@ -4,7 +4,8 @@
 
 Solves a fixed design of 200 walks: speed 0.6 to 1.8 m/s, step 0.4 to 0.9 m, load 0 to 30 kg,
 stature 1.50 to 1.95 m, mass 45 to 110 kg (a Sobol sequence in these five), women and men in turn,
-each from a first guess that is disturbed at random, with --plain from the tool's own. Steps that the legs cannot span are left out.
+each from a first guess that is disturbed at random, with --plain from the tool's own. Steps that
+the legs cannot span are left out.
 One process per core; a walk with a line in DIR/results.jsonl is not solved again. Prints success,
 processor time and starts by region, every miss with its diagnosis; writes DIR/robustness.json,
 DIR/robustness.png and every walk, for ``human-gait verify DIR/000`` and so on.
