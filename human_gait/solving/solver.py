@@ -263,7 +263,7 @@ def _stages(program: GaitProgram, solver: str, watch: Watch, given: _Start) -> S
     try:
         before = given.of(program, solver)
         watch.stage = "torque"
-        options = OWN_OPTIONS.get((program.scenario.objective.formulation, solver), {})
+        options = _options(program, solver)
         end = run_stage(program, program.torques, solver, before.free, options, given.multipliers)
         if end.iterations is not None and before.iterations is not None:
             end = replace(end, iterations=before.iterations + end.iterations)
@@ -274,6 +274,12 @@ def _stages(program: GaitProgram, solver: str, watch: Watch, given: _Start) -> S
             raise KeyboardInterrupt from None
         end = before = End(None, watch.best.free, False, watch.left)
     return _solution(program, solver, end, watch, before.free)
+
+
+def _options(program: GaitProgram, solver: str) -> dict[str, Any]:
+    """Return the options of a formulation; those of the MathematicalProgram go before them."""
+    own = OWN_OPTIONS.get((program.scenario.objective.formulation, solver), {})
+    return {**own, **program.torques.prog.solver_options().options.get(solver, {})}
 
 
 def _solution(
