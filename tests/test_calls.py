@@ -17,7 +17,7 @@ from human_gait.cli import run
 from human_gait.results.names import EXPLANATION, GAIT_CYCLE, GAIT_FILE, SUMMARY
 
 GAIT = guessed_gait(18.0)
-TASK = hg.load_scenario("preferred")
+TASK = hg.load_scenario("paper-normal")
 
 
 # A gait, looked at
@@ -298,7 +298,7 @@ def test_without_multipliers_a_start_is_not_as_warm(walk):
 def test_a_report_takes_gaits_and_folders(walk, saved, tmp_path):
     page = hg.report([walk, saved], out=tmp_path / "both.html")
     assert page == tmp_path / "both.html"
-    assert "preferred" in page.read_text()
+    assert TASK.name in page.read_text()
     assert hg.report(str(saved)) == saved / "report.html"
     alone = hg.report(walk, out=str(tmp_path / "alone.html"))
     assert alone.stat().st_size > 100_000

@@ -3,6 +3,8 @@ import pytest
 from walks import PEOPLE, scenario
 
 from human_gait.body.person import make_body
+from human_gait.problem.contact_rows import CONTACT_POSITION, SOFT_IMPACT
+from human_gait.problem.program import build_program
 from human_gait.walk.contact_plan import (
     BALL_LATERAL,
     BALL_MEDIAL,
@@ -167,3 +169,40 @@ def test_the_support_polygon_spans_what_stands(plan):
 def test_the_weight_is_that_of_body_and_load(task):
     weight = 9.81 * (task.subject.mass + task.load.mass)
     assert plan_of(task).weight == pytest.approx(weight, rel=1e-12)
+
+
+ROOM = {"contact_speed": 0.11, "landing_speed": 0.43, "toe_off_speed": 0.27}
+
+
+def test_each_standing_point_may_have_the_speed_of_its_event():
+    """The heel as it strikes, ball and toes as the foot comes down, the toe tip that rolls off."""
+    plan = plan_of(scenario(objective={"formulation": "human"}, tolerances=ROOM))
+    flat, e = plan.phases.foot_flat, 1e-3
+    s = np.array([0.0, 0.05 - e, 0.05 + e, flat - e, flat, flat + 0.05 - e, flat + 0.05 + e, 0.9])
+    right, left = plan.allowed_speed(s * plan.walk.step_time).swapaxes(0, 1)
+    rest, landing, rolling = ROOM.values()
+    np.testing.assert_array_equal(left[:, HEEL], [landing] * 2 + [rest] * 6)
+    for point in (BALL_MEDIAL, BALL_LATERAL, TOE):
+        np.testing.assert_array_equal(left[:, point], [rest] * 4 + [landing] * 2 + [rest] * 2)
+    np.testing.assert_array_equal(right[:, TOE], rolling)
+    np.testing.assert_array_equal(right[:, :TOE], rest)
+
+
+def test_without_a_word_all_standing_points_may_move_alike_by_effort(plan):
+    np.testing.assert_array_equal(plan.allowed_speed(times_of(plan)), 0.3)
+
+
+def test_rows_of_standing_points_have_these_speeds_and_the_height_its_own_tolerance():
+    tolerances = ROOM | {"contact": 0.006, "contact_height": 0.002}
+    task = scenario(objective={"formulation": "human"}, tolerances=tolerances)
+    program = build_program(task)
+    rows = {constraint.name: constraint for constraint in program.constraints}
+    place = rows[CONTACT_POSITION.name]
+    up = np.char.endswith(place.what, "height")
+    assert set(place.upper[up]) == {0.002}
+    assert set(place.upper[~up]) == {0.006}
+    np.testing.assert_array_equal(place.lower, -place.upper)
+    speed = rows[SOFT_IMPACT.name]
+    of_toe = np.char.startswith(speed.what, "right toe")
+    assert set(speed.upper[of_toe]) == {ROOM["toe_off_speed"]}
+    assert set(speed.upper[np.char.startswith(speed.what, "left")]) == {0.11, 0.43}

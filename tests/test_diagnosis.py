@@ -203,6 +203,25 @@ def test_nothing_special_names_the_tolerance_of_the_worst_constraint():
     assert value > scenario().tolerances.contact + FOOT.value
 
 
+@pytest.mark.parametrize(
+    ("demand", "what", "s", "key"),
+    [
+        (CONTACT_POSITION, "left heel, forward", 0.1, "contact"),
+        (CONTACT_POSITION, "left heel, height", 0.1, "contact_height"),
+        (SOFT_IMPACT, "left heel, vertical", 0.1, "contact_speed"),
+        (SOFT_IMPACT, "left heel, vertical", 0.01, "landing_speed"),
+        (SOFT_IMPACT, "left toe, vertical", 0.18, "landing_speed"),
+        (SOFT_IMPACT, "right inner ball, vertical", 0.1, "contact_speed"),
+        (SOFT_IMPACT, "right toe, forward", 0.1, "toe_off_speed"),
+    ],
+)
+def test_the_tolerance_is_that_of_the_point_and_its_time(demand, what, s, key):
+    task = scenario(control_points=14, objective={"formulation": "human"})
+    worst = Violation(demand, "m/s", 0.01, s * task.walk.step_time, what)
+    assert list(failed(task, [worst])) == [f"tolerances.{key}"]
+    assert list(failed(scenario(**DEFAULTS), [worst])) == [f"tolerances.{demand.tolerance.key}"]
+
+
 def test_a_tolerance_out_of_range_is_not_suggested():
     found = failed(scenario(**DEFAULTS), [replace(FOOT, value=1.0)])
     assert list(found) == ["--solver"]
@@ -618,7 +637,7 @@ def test_multipliers_of_a_walk_foretell_what_more_room_saves():
         left -= program.residual(constraint, free)[1].T @ prices[constraint.name]
     assert np.linalg.norm(left * program.unit) < 0.02 * np.linalg.norm(slope * program.unit)
     more = 1e-4
-    tolerances = replace(task.tolerances, contact=task.tolerances.contact + more)
-    looser = solve(build_program(replace(task, tolerances=tolerances)), start=free)
+    room = task.replace({"tolerances.contact": task.tolerances.contact + more})
+    looser = solve(build_program(room), start=free)
     foretold = -more * np.abs(prices[CONTACT_POSITION.name]).sum()
     assert looser.cost - solution.cost == pytest.approx(foretold, rel=0.2)

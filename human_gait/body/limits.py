@@ -121,8 +121,11 @@ def strength_limits(subject: Subject) -> tuple[FloatArray, FloatArray]:
     joints whose strength nobody has measured are infinitely strong.
     """
     z = NormalDist().inv_cdf(subject.strength / 100.0)
-    mean, spread = torque_limits(subject, deviations=0.0), torque_limits(subject, deviations=1.0)
     known = np.array([row["torque_origin"] not in ("", "assumed") for row in _ROWS])
+    mean, spread = (
+        [np.where(known, side, 0.0) for side in torque_limits(subject, deviations)]
+        for deviations in (0.0, 1.0)
+    )
     lower, upper = (
         np.where(known, weak + z * np.where(strong == weak, SPREAD * weak, strong - weak), side)
         for weak, strong, side in zip(mean, spread, (-np.inf, np.inf), strict=True)

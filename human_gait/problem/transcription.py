@@ -101,28 +101,28 @@ class Transcription:
             for D, E in second.pairs
         ]
         for k, at in self._pieces:
-            found, pair = self._by_torques(second.torques, k)
-            found += _summed(B[k], C[k])
-            found += self._half_of_direct(second.direct, k)
+            P, by_P, by_last = self._torques(second.torques, k)
             inner, last = slice(k.start, k.stop - 1), slice(k.stop - 1, k.stop)
-            for D, E in pairs:
-                found += _summed(D[inner], E[inner])
-                pair += _summed(D[last], E[last])
-            half[at, at] += found
-            half[at, _points(self._active[after[last]][0, 0])] += pair
+            half[at, at] += self._half_of_direct(second.direct, k)
+            half[at, at] += _products(
+                (P, by_P), (B[k], C[k]), *((D[inner], E[inner]) for D, E in pairs)
+            )
+            half[at, _points(self._active[after[last]][0, 0])] += _products(
+                (P[-1:], by_last), *((D[last], E[last]) for D, E in pairs)
+            )
         half = self._folded(half)
         return half + half.T
 
-    def _by_torques(self, torques: OfTorques, k: slice) -> tuple[FloatArray, FloatArray]:
-        """Return a half (220, 220) of the second derivatives by the torques of instants k.
+    def _torques(self, torques: OfTorques, k: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return rows whose products are a half of the second derivatives by torques of instants k.
 
-        With rows P of their partials in the control points, w, w' and c of their second derivatives
+        With P of their partials in the control points, w, w' and c of their second derivatives
         (`OfTorques`) and P' of the next instant it is
 
-            P^T (w P / 2 + c V + w' P'),        V_i = N' for the velocity of joint i, else 0,
+            P^T (w P / 2 + c V + w' P'),        V_i = N' for the velocity of joint i, else 0.
 
-        the last part P^T w' P' of the last instant apart, for the next control points. After the
-        last instant of a step that is its own mirror image comes T.
+        Returned are P, what is in brackets, and w' P' of the last instant, which is in the next
+        control points. After the last instant of a step that is its own mirror image comes T.
         """
         w, onward, by_velocity = (part[k] for part in torques[1:])
         P = self._onto_points(torques.partials[k], k)
@@ -136,7 +136,7 @@ class Transcription:
             cycle = self.basis.cycle
             after = after[:, cycle.index[JOINTS] - JOINTS[0]] * cycle.sign[JOINTS, None, None]
         after *= onward[-1:, :, None, None]
-        return _summed(P, rows), _summed(P[-1:], after)
+        return P, rows, after
 
     def _folded(self, half: FloatArray) -> FloatArray:
         """Return by the free control points what is by all of them, Eq. (26); `half` is used up.
@@ -194,9 +194,14 @@ class Transcription:
         return functions % m, dof, np.where(mirrored, cycle.sign[columns], 1.0)
 
 
-def _summed(left: FloatArray, right: FloatArray) -> FloatArray:
-    """Return the sum (220, 220) over instants of products of rows (k, r, 4, 55)."""
-    return left.reshape(-1, POINTS * N_DOF).T @ right.reshape(-1, POINTS * N_DOF)
+def _products(*pairs: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """Return the sum (220, 220) of X^T Y of pairs of rows (k, r, 4, 55)."""
+    flat = (
+        np.concatenate([rows.reshape(-1, POINTS * N_DOF) for rows in side])
+        for side in zip(*pairs, strict=True)
+    )
+    X, Y = flat
+    return np.asarray(X.T @ Y)
 
 
 def _points(first: int) -> slice:

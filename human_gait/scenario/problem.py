@@ -154,7 +154,7 @@ class Tolerances(Section):
         1.0,
         default=0.08,
         effort=0.3,
-        source="Eq. 17; 1: in whatever order",
+        source="Eq. 17; calibrated; 1: in whatever order",
     )
     feet_apart: float = number(
         "how far apart, sideways, the feet stay while one passes the other",

@@ -20,6 +20,7 @@ from human_gait.solving.shadow_prices import limit_text, unit_step
 from human_gait.solving.solver import Solution
 from human_gait.solving.watch import FEASIBLE
 from human_gait.stopping import OUT_OF_TIME
+from human_gait.walk.contact_plan import HEEL, LEFT, TOE
 
 # What people do. Walk ratio, step length / cadence: Sekiya et al. 1997. They run above the Froude
 # number v^2 / (g leg) = 0.5: Alexander 1989. The rest is assumed, wide.
@@ -108,7 +109,7 @@ def suggestions(program: GaitProgram, solution: Solution, checks: list[Check]) -
     found += _friction(program, failed) if not found else []
     found += _strength(program, failed) if not found else []
     if broken and not found:
-        found += _relaxed(broken[0], scenario)
+        found += _relaxed(broken[0], program)
     return _once([*found, *_solver(solution, broken, bool(found))])
 
 
@@ -293,12 +294,12 @@ def _strength(program: GaitProgram, failed: list[Check]) -> Iterator[Suggestion]
         yield Suggestion("walk.speed", f"slower than {program.scenario.walk.speed:g} m/s", because)
 
 
-def _relaxed(worst: Violation, scenario: Scenario) -> list[Suggestion]:
+def _relaxed(worst: Violation, program: GaitProgram) -> list[Suggestion]:
     """Return the tolerance that would accept what was found: of nothing else is known."""
-    tolerance = worst.demand.tolerance
+    tolerance, scenario = worst.demand.tolerance, program.scenario
     if tolerance is None:
         return []
-    key, sign = tolerance.key, 1.0 if tolerance.upwards else -1.0
+    key, sign = _own(tolerance.key, worst, program), 1.0 if tolerance.upwards else -1.0
     now, rule = getattr(scenario.tolerances, key), scenario.tolerances.rule(key)
     excess = np.rad2deg(worst.value) if worst.unit == "rad" else worst.value
     value = float(f"{now + sign * 1.1 * excess:.2g}")
@@ -322,3 +323,23 @@ def _solver(solution: Solution, broken: list[Violation], found: bool) -> Iterato
         yield Suggestion("human-gait refine", "goes on from this motion", because)
     other = "snopt" if solution.solver == "newton" else "newton"
     yield Suggestion("--solver", other, because)
+
+
+def _own(key: str, worst: Violation, program: GaitProgram) -> str:
+    """Return the tolerance that a point of a foot has of its own, `key` if there is none."""
+    tolerances = program.scenario.tolerances
+    allowed = program.functions.walker.plan.allowed_speed(np.array([worst.time]))[0, LEFT]
+    lands = allowed[HEEL if "heel" in worst.what else TOE] == tolerances.landing_speed
+    applies = {
+        "contact_height": key == "contact" and worst.what.endswith("height"),
+        "toe_off_speed": key == "contact_speed" and worst.what.startswith("right toe"),
+        "landing_speed": key == "contact_speed" and worst.what.startswith("left") and lands,
+    }
+    return next(
+        (
+            own
+            for own, of_this in applies.items()
+            if of_this and getattr(tolerances, own) != getattr(tolerances, key)
+        ),
+        key,
+    )
