@@ -52,7 +52,7 @@ STANDS_FOR = {
     "N": "9",
     "NAME": "mine",
     "RESULTS_DIR": "out",
-    "SCENARIO": "scenarios/normal.toml",
+    "SCENARIO": "scenarios/paper-normal.toml",
     "VIEW": "front",
     "WIDTHxHEIGHT": "64x80",
 }

@@ -14,7 +14,8 @@ import pinocchio as pin
 
 import human_gait as hg
 
-SCENARIO = hg.load_scenario("paper-preferred")  # formulation "effort": the head is free
+# the formulation `human` has a cost of a steady head already
+SCENARIO = hg.load_scenario("preferred").replace(formulation="effort")
 WORLD = pin.LOCAL_WORLD_ALIGNED
 WEIGHT = 30.0  # [N^2 m^2 per (m/s^2)^2]
 

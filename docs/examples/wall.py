@@ -13,7 +13,7 @@ import pinocchio as pin
 
 import human_gait as hg
 
-SCENARIO = hg.load_scenario("paper-preferred")  # formulation "effort": arms swing far out
+SCENARIO = hg.load_scenario("preferred").replace(formulation="effort")  # its arms swing wide
 WALL = 0.35  # [m] from the middle of the path; the hands of the walk as it is swing further out
 
 model = hg.pinocchio_model(SCENARIO)
