@@ -61,7 +61,7 @@ WARM = Schedule(1e-4, 1e4, 1.2)
 """The valley is the right one: no need to go to its middle."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class State:
     """Where the method is.
 
