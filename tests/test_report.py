@@ -922,6 +922,7 @@ def test_the_report_of_a_prediction(tmp_path):
     assert {name: row[3] for name, row in rows.items()} == {
         name: check["value"] for name, check in result.summary["checks"].items()
     }
-    assert table(page, "key number")[1]["effort, Eq. (18)"][1:] == [result.summary["cost"]]
+    (effort,) = table(page, "key number")[1]["effort, Eq. (18)"][1:]
+    assert effort == pytest.approx(result.summary["cost"], rel=1e-12)
     (frame,) = html.document_fromstring(page, parser=html.HTMLParser(huge_tree=True)).iter("iframe")
     assert unpacked(frame.get("srcdoc")) == unpacked((result.folder / "playback.html").read_text())
