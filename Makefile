@@ -4,7 +4,8 @@
 # make scenarios  predict every scenario of scenarios/ -> out/<scenario>/, some minutes
 # make paper      all of it: make scenarios, make figures and the comparison with measured people
 # make play       show out/normal/ in the browser; make play DIR=out/preferred for another result
-# make figures    draw figures 7 to 12 of the paper -> out/figures/ from the results in out/
+# make figures    draw figures 7 to 12 of the paper -> out/figures/, and out/figures-paper/ by the
+#                 formulation of the paper, from the results in out/ (make scenarios)
 # make urdf       write urdf/human.urdf anew
 # make bench      measure the speed of the solvers -> out/bench/, some hours; goes on if stopped
 # make test       run the tests, with coverage
@@ -76,6 +77,7 @@ scenarios: $(SCENARIOS)
 
 paper: scenarios
 	@$(BIN)/human-gait figures
+	@$(BIN)/human-gait figures --paper
 	@$(BIN)/human-gait compare out/preferred
 
 play: setup
@@ -83,6 +85,7 @@ play: setup
 
 figures: setup
 	@$(BIN)/human-gait figures out
+	@$(BIN)/human-gait figures out --paper
 
 urdf: setup
 	@$(BIN)/human-gait urdf --out urdf/human.urdf

@@ -1,10 +1,11 @@
 """How often a user who asks for a reasonable gait gets one.
 
-    python benchmarks/robustness.py [--solver NAME] [--out DIR] [--workers N] [--first N]
+    python benchmarks/robustness.py [--solver NAME] [--out DIR] [--workers N] [--first N] [--plain]
 
 Solves a fixed design of 200 walks: speed 0.6 to 1.8 m/s, step 0.4 to 0.9 m, load 0 to 30 kg,
 stature 1.50 to 1.95 m, mass 45 to 110 kg (a Sobol sequence in these five), women and men in turn,
-each from a first guess that is disturbed at random. Steps that the legs cannot span are left out.
+each from a first guess that is disturbed at random, with --plain from the tool's own. Steps that
+the legs cannot span are left out.
 One process per core; a walk with a line in DIR/results.jsonl is not solved again. Prints success,
 processor time and starts by region, every miss with its diagnosis; writes DIR/robustness.json,
 DIR/robustness.png and every walk, for ``human-gait verify DIR/000`` and so on.
@@ -68,11 +69,11 @@ def design(size: int = SIZE) -> list[Scenario]:
     return walks[:size]
 
 
-def solved(number: int, folder: Path, solver: str) -> dict[str, Any]:
+def solved(number: int, folder: Path, solver: str, plain: bool = False) -> dict[str, Any]:
     """Return what became of one walk of the design, and keep it in a folder of its own."""
     scenario, began = design()[number], time.process_time()
     program = build_program(scenario)
-    guess = disturbed(program, np.random.default_rng(number))
+    guess = None if plain else disturbed(program, np.random.default_rng(number))
     attempts = climb(program, solver, seed=number, guess=guess)
     kept = best(attempts)
     place = folder / f"{number:03d}"
@@ -105,7 +106,7 @@ def solved(number: int, folder: Path, solver: str) -> dict[str, Any]:
 
 
 def run(
-    numbers: list[int], folder: Path, workers: int, solver: str = "newton"
+    numbers: list[int], folder: Path, workers: int, solver: str = "newton", plain: bool = False
 ) -> list[dict[str, Any]]:
     """Return the results of some walks in the order of their numbers, those of before included."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -122,7 +123,7 @@ def run(
     with bar, pool, path.open("a", encoding="utf-8") as file:
         task = bar.add_task("", total=len(numbers), completed=len(numbers) - len(missing))
         for done in as_completed(
-            [pool.submit(solved, number, folder, solver) for number in missing]
+            [pool.submit(solved, number, folder, solver, plain) for number in missing]
         ):
             one = done.result()
             results[one["number"]] = one
@@ -189,9 +190,10 @@ def main() -> None:
     parser.add_argument("--solver", default="newton", choices=SOLVERS)
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     parser.add_argument("--first", type=int, default=SIZE, choices=range(1, SIZE + 1), metavar="N")
+    parser.add_argument("--plain", action="store_true", help="from the tool's own first guess")
     options = parser.parse_args()
     numbers = list(range(options.first))
-    results = run(numbers, options.out, options.workers, options.solver)
+    results = run(numbers, options.out, options.workers, options.solver, options.plain)
     table = Table(title="Walks found", title_justify="left")
     for column in ("region", "found", "%", "median s", "90 % s", "more attempts"):
         table.add_column(column, justify="left" if column == "region" else "right")

@@ -218,12 +218,14 @@ def _attempt(gait: Gait) -> Attempt:
 
 
 def _program(gait: Gait) -> GaitProgram:
-    """Return the problem that a gait solves, with friction where it was found with that.
+    """Return the problem that a gait solves, with friction and strength where it had them.
 
     Costs and constraints of one's own are functions, which no gait carries; it knows only what
     their bounds cost (`own_bounds`).
     """
     program = GaitProgram(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
-    held = program.with_friction()
-    more = {one.name for one in held.constraints} - {one.name for one in program.constraints}
-    return held if more & gait.multipliers.keys() else program
+    for hold in (GaitProgram.with_friction, GaitProgram.with_strength):
+        held = hold(program)
+        more = {one.name for one in held.constraints} - {one.name for one in program.constraints}
+        program = held if more & gait.multipliers.keys() else program
+    return program

@@ -1,5 +1,7 @@
 """Barriers: where a solve starts, how they fall, what is left of their conditions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_problems import corner, numbers, random_quadratic
@@ -61,9 +63,9 @@ def test_the_conditions_of_a_barrier_are_met_where_products_are_the_barrier():
 def test_errors_count_relative_to_multipliers_above_a_hundred():
     bounds = (method := InteriorPoint(corner())).bounds
     state = method.start(numbers(0.3, 0.3), None, 0.1)
-    one = error(bounds, state._replace(y=numbers(50.0))).stationary
-    two = error(bounds, state._replace(y=numbers(100.0))).stationary
+    one = error(bounds, replace(state, y=numbers(50.0))).stationary
+    two = error(bounds, replace(state, y=numbers(100.0))).stationary
     assert two == pytest.approx(2.0 * one, rel=0.1)
-    many = error(bounds, state._replace(y=numbers(7e5)))
+    many = error(bounds, replace(state, y=numbers(7e5)))
     sizes = 7e5 / 7 / 100.0  # mean of seven multipliers, six of them 1
     assert many.stationary == pytest.approx(7e5 / sizes, rel=1e-3)

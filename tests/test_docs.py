@@ -198,6 +198,35 @@ def test_the_page_of_settings_has_every_setting_with_what_it_allows():
             assert f"{one.low:g} to {one.high:g}" in cells[3].replace("\N{NO-BREAK SPACE}", " ")
 
 
+def formulations():
+    """The rows of the table that has them side by side: key, three cells, where from."""
+    theory = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
+    table = theory.partition("### Side by side")[2].partition("\n### ")[0]
+    rows = [row.strip("|").split("|") for row in table.splitlines() if row.startswith("| `")]
+    return {row[0].strip(" `"): [cell.strip() for cell in row[1:]] for row in rows}
+
+
+@pytest.mark.parametrize(("column", "formulation"), [(0, "human"), (1, "effort"), (2, "paper")])
+def test_formulations_stand_side_by_side_as_they_are(column, formulation):
+    scenario = human_gait.Scenario("any", {"speed": 1.2}, objective={"formulation": formulation})
+    assert len(formulations()) > 25
+    for key, row in formulations().items():
+        told, (section, name) = row[column], key.split(".")
+        value = getattr(getattr(scenario, section), name)
+        if isinstance(value, str):
+            assert told == f'`"{value}"`', key
+        else:
+            values = list(value) if isinstance(value, tuple) else [value]
+            numbers = re.findall(r"\d+(?:\.\d+)?", told)[: len(values)]
+            assert [float(number) for number in numbers] == values, key
+
+
+def test_what_is_calibrated_is_called_so():
+    told = {key for key, row in formulations().items() if "**calibrated**" in row[3]}
+    tissues = {"objective.passive_torques"}  # of some joints
+    assert told == tissues | {one.dotted for one in all_settings() if "calibrated" in one.source}
+
+
 def test_the_reference_has_every_public_name_and_every_wing():
     """A class or function of the package under its own name, each once over all pages."""
     made = pages.pages()

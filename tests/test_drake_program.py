@@ -13,6 +13,7 @@ from walks import scenario
 
 from human_gait.body.skeleton import index
 from human_gait.exceptions import UnsupportedProgram
+from human_gait.newton.interior_point import InteriorPoint
 from human_gait.problem.drake import offer_hessian, offered
 from human_gait.problem.program import COST_SCALE, build_program
 from human_gait.solving.drake_solvers import (
@@ -208,6 +209,35 @@ def test_options_of_the_call_go_before_those_of_the_program():
     options = SolverOptions()
     options.SetOption(NewtonSolver.id(), "most_iterations", 100)
     assert NewtonSolver().Solve(prog, START, options).is_success()
+
+
+@pytest.mark.parametrize("first", [0.1, 3e-3])
+def test_a_cold_start_begins_with_the_barrier_that_is_asked_for(monkeypatch, first):
+    seen = barriers_of_steps(monkeypatch)
+    prog, _ = base()
+    prog.SetSolverOption(NewtonSolver.id(), "first_barrier", first)
+    assert not NewtonSolver().Solve(prog, START).is_success()
+    assert set(seen) == {first}
+
+
+@pytest.mark.parametrize(
+    ("formulation", "asked", "first"),
+    [("effort", {}, 0.1), ("human", {}, 3e-3), ("human", {"first_barrier": 0.02}, 0.02)],
+)
+def test_the_first_barrier_is_that_of_the_formulation(monkeypatch, formulation, asked, first):
+    seen = barriers_of_steps(monkeypatch)
+    program = build_program(scenario(control_points=6, objective={"formulation": formulation}))
+    for name, value in asked.items():
+        program.torques.prog.SetSolverOption(NewtonSolver.id(), name, value)
+    assert not solve(program).converged
+    assert set(seen) == {first}
+
+
+def barriers_of_steps(monkeypatch):
+    """The barriers of the steps that are asked for from now on; none is found."""
+    seen = []
+    monkeypatch.setattr(InteriorPoint, "step", lambda *given: seen.append(given[2]))
+    return seen
 
 
 def test_second_derivatives_that_are_offered_are_taken():

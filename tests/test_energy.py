@@ -21,8 +21,8 @@ from human_gait.walk.gait import Samples
 from human_gait.walk.gait_cycle import gait_cycle
 from human_gait.walk.joint_work import JOINTS, LEG, joint_power, joint_work
 from human_gait.walk.metabolic import (
-    ANKLE_TENDON,
     ERROR,
+    FIBRE_WORK,
     STANDING_RATE,
     TORQUE_HEAT,
     fibre_work,
@@ -33,7 +33,8 @@ from human_gait.walk.strain import spine_moments, strength_shares
 GAIT = guessed_gait()
 LADEN = guessed_gait(18.0)
 NOW = GAIT.fine_samples
-MASS = GAIT.scenario.subject.mass
+SUBJECT, MASS = GAIT.scenario.subject, GAIT.scenario.subject.mass
+TENDON = GAIT.scenario.objective.tendon_stiffness
 NEWTON = SimpleNamespace(solver="newton", wall_time=1.0)
 
 
@@ -94,7 +95,7 @@ def test_integrals_of_a_walk_no_longer_change_on_a_finer_grid():
     found, finer = hg.energy(gait), gait.step_samples(np.linspace(0, gait.step_time, 1601))
     work = sum(one.positive for one in joint_work(finer))
     assert found.positive_work == pytest.approx(work, rel=1e-3)
-    rate = metabolic_rate(finer, found.mass)
+    rate = metabolic_rate(finer, SUBJECT, TENDON)
     assert found.metabolic.heat == pytest.approx(rate.heat, rel=1e-3)
     assert found.metabolic.work == pytest.approx(rate.work, rel=1e-3)
 
@@ -112,46 +113,64 @@ def test_shares_of_the_leg_add_up_to_one():
 # Metabolic rate
 
 
+def test_the_tendon_is_that_of_the_scenario():
+    changed = GAIT.scenario.replace({"objective.tendon_stiffness": 2 * TENDON})
+    stiffer = hg.energy(replace(GAIT, scenario=changed)).metabolic
+    assert stiffer == metabolic_rate(NOW, SUBJECT, 2 * TENDON)
+    assert stiffer.work != hg.energy(GAIT).metabolic.work
+
+
 def test_who_needs_no_torque_takes_what_standing_takes():
-    rate = metabolic_rate(samples(NOW.t, q=NOW.q, v=NOW.v), 70.0)
-    assert rate.gross == rate.standing == pytest.approx(70 * STANDING_RATE)
+    rate = metabolic_rate(samples(NOW.t, q=NOW.q, v=NOW.v), SUBJECT, TENDON)
+    assert rate.gross == rate.standing == pytest.approx(MASS * STANDING_RATE)
     assert rate.net == 0
 
 
-def test_a_torque_that_is_held_costs_heat_in_proportion_to_its_size():
+def test_a_torque_that_is_held_costs_heat_with_the_square_of_its_size():
     t = np.linspace(0, 0.5, 51)
     rates = [
-        metabolic_rate(samples(t, active=of_dof(t, "hip_flexion_r", size)), 70.0)
+        metabolic_rate(samples(t, active=of_dof(t, "hip_flexion_r", size)), SUBJECT, TENDON)
         for size in (10.0, -20.0)
     ]
-    assert [rate.heat for rate in rates] == pytest.approx([10 * TORQUE_HEAT, 20 * TORQUE_HEAT])
+    strength = MASS * 9.81 * SUBJECT.stature
+    heats = [TORQUE_HEAT * size**2 / strength for size in (10, 20)]
+    assert [rate.heat for rate in rates] == pytest.approx(heats)
     assert [rate.work for rate in rates] == [0, 0]
+
+
+def test_who_is_twice_as_heavy_and_as_strong_takes_as_much_per_kilogram():
+    twice = replace(SUBJECT, mass=2 * MASS)
+    heavy = metabolic_rate(replace(NOW, active=2 * NOW.active), twice, 2 * TENDON)
+    assert heavy.gross / 2 == pytest.approx(metabolic_rate(NOW, SUBJECT, TENDON).gross)
 
 
 def test_only_muscles_are_paid_for():
     """The net torque has tissue in it; what tissue holds costs nothing."""
-    assert metabolic_rate(replace(NOW, tau=5 * NOW.tau), MASS) == metabolic_rate(NOW, MASS)
-    stronger = metabolic_rate(replace(NOW, active=1.1 * NOW.active), MASS)
-    assert stronger.heat == pytest.approx(1.1 * metabolic_rate(NOW, MASS).heat)
+    rate = metabolic_rate(NOW, SUBJECT, TENDON)
+    assert metabolic_rate(replace(NOW, tau=5 * NOW.tau), SUBJECT, TENDON) == rate
+    stronger = metabolic_rate(replace(NOW, active=1.1 * NOW.active), SUBJECT, TENDON)
+    assert stronger.heat == pytest.approx(1.21 * rate.heat)
 
 
 def test_of_the_work_of_fibres_the_positive_is_paid_for():
     t = np.linspace(0, 1, 101)
     turn = of_dof(t, "knee_flexion_l", (1 - np.cos(2 * np.pi * t)) / 2)  # a radian and back
     held = of_dof(t, "knee_flexion_l", 3.0)
-    assert metabolic_rate(samples(t, q=turn, active=held), 70.0).work == pytest.approx(3)
+    assert metabolic_rate(samples(t, q=turn, active=held), SUBJECT, TENDON).work == pytest.approx(
+        3 * FIBRE_WORK
+    )
 
 
 def test_fibres_that_hold_while_the_tendon_gives_way_do_no_work():
     t = np.linspace(0, 0.5, 51)
     torque = 100 * np.sin(2 * np.pi * t) ** 2
-    moved = {"q": of_dof(t, "ankle_dorsiflexion_r", -torque / ANKLE_TENDON)}
+    moved = {"q": of_dof(t, "ankle_dorsiflexion_r", -torque / TENDON)}
     ankle = samples(t, active=of_dof(t, "ankle_dorsiflexion_r", torque), **moved)
-    np.testing.assert_allclose(fibre_work(ankle), 0, atol=1e-12)
-    elsewhere = {"q": of_dof(t, "knee_flexion_r", -torque / ANKLE_TENDON)}
+    np.testing.assert_allclose(fibre_work(ankle, TENDON), 0, atol=1e-12)
+    elsewhere = {"q": of_dof(t, "knee_flexion_r", -torque / TENDON)}
     knee = samples(t, active=of_dof(t, "knee_flexion_r", torque), **elsewhere)
-    assert metabolic_rate(knee, 70.0).work > 10
-    assert metabolic_rate(ankle, 70.0, tendon=2 * ANKLE_TENDON).work > 5
+    assert metabolic_rate(knee, SUBJECT, TENDON).work > 10
+    assert metabolic_rate(ankle, SUBJECT, 2 * TENDON).work > 5
 
 
 @pytest.mark.parametrize("gait", [GAIT, LADEN], ids=["alone", "laden"])
@@ -159,14 +178,14 @@ def test_a_tendon_gives_back_what_it_has_taken_up_over_a_step(gait):
     """All work of fibres is that of muscles, though not at the same time."""
     now = gait.fine_samples
     muscles = np.trapezoid((now.active * now.v)[:, 6:].sum(axis=1), now.t)
-    fibres = fibre_work(now)[:, 6:]
+    fibres = fibre_work(now, TENDON)[:, 6:]
     assert fibres.sum() == pytest.approx(muscles, abs=1e-4 * np.abs(fibres).sum())
 
 
 def test_the_next_step_goes_on_with_the_torques_of_the_other_side():
     t = np.linspace(0, 0.5, 51)
     torque = of_dof(t, "ankle_dorsiflexion_r", t) + of_dof(t, "ankle_dorsiflexion_l", 0.5 - t)
-    work = fibre_work(samples(t, active=100 * torque))
+    work = fibre_work(samples(t, active=100 * torque), TENDON)
     assert np.abs(work[0]).max() > 1e-4
     np.testing.assert_allclose(work[-1], 0, atol=1e-12)
 

@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks.energy_fit import (
     FITTED_TO,
+    Fit,
     Walked,
     errors,
     fitted,
@@ -22,10 +23,10 @@ from human_gait.walk.metabolic import STANDING_RATE
 RATES = measured_rates()
 
 
-def walks(heat):
-    """Walks that take by some h exactly what people take."""
+def walks(fit):
+    """Walks that take by some constants exactly what people take."""
     return [
-        Walked(v, (rate - STANDING_RATE - 0.2 * v) / heat, 0.2 * v, found=True)
+        Walked(v, (rate - STANDING_RATE - fit.work * 0.4 * v) / fit.heat, 0.4 * v, found=True)
         for v, rate in RATES.items()
     ]
 
@@ -38,18 +39,21 @@ def test_measured_rates_are_those_of_walking_people():
     assert least(list(RATES), costs) == pytest.approx(1.36, abs=0.08)
 
 
-def test_the_heat_that_a_model_was_made_with_is_found_again():
-    found = fitted(walks(0.7), RATES)
-    assert found == pytest.approx(0.7)
-    np.testing.assert_allclose(errors(walks(0.7), RATES, found), 0, atol=1e-12)
+def test_the_constants_that_a_model_was_made_with_are_found_again():
+    made = walks(Fit(20.0, 1.3))
+    found = fitted(made, RATES)
+    assert found == pytest.approx((20.0, 1.3))
+    np.testing.assert_allclose(errors(made, RATES, found), 0, atol=1e-12)
 
 
-def test_the_fit_is_the_best_of_all():
-    factors = np.resize([0.9, 1.1], len(RATES))
-    pairs = zip(walks(0.6), factors, strict=True)
+@pytest.mark.parametrize("changed", Fit._fields)
+def test_the_fit_is_the_best_of_all(changed):
+    factors = np.resize([0.9, 1.1, 1.0], len(RATES))
+    pairs = zip(walks(Fit(20.0, 1.3)), factors, strict=True)
     some = [replace(one, torque=float(factor) * one.torque) for one, factor in pairs]
     found = fitted(some, RATES)
-    squares = [np.sum(errors(some, RATES, found + step) ** 2) for step in (-1e-3, 0.0, 1e-3)]
+    near = [found._replace(**{changed: k * getattr(found, changed)}) for k in (0.999, 1.0, 1.001)]
+    squares = [np.sum(errors(some, RATES, fit) ** 2) for fit in near]
     assert squares[1] == min(squares) > 0
 
 

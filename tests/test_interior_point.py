@@ -400,7 +400,7 @@ def test_derivatives_that_are_no_numbers_end_it():
 
 def state_of(problem, **changes):
     method = InteriorPoint(problem)
-    return method, method.start(numbers(0.3, 0.3), None, 0.1)._replace(**changes)
+    return method, replace(method.start(numbers(0.3, 0.3), None, 0.1), **changes)
 
 
 def test_multipliers_and_slacks_go_their_own_part_of_the_way():
@@ -437,11 +437,11 @@ def test_the_filter_forgets_when_the_barrier_falls(monkeypatch):
     assert len(made) >= 5
 
 
-@pytest.mark.parametrize("warm", [False, True])
-def test_the_barriers_of_a_solve_are_those_of_its_schedule(monkeypatch, warm):
+@pytest.mark.parametrize("schedule", [COLD, COLD._replace(first=1e-2), WARM])
+def test_the_barriers_of_a_solve_are_those_of_its_schedule(monkeypatch, schedule):
     """A stage ends as soon as its error is small enough; the last asks for a tenth of the goal."""
     step, seen, ended = InteriorPoint.step, [], []
-    schedule = WARM if warm else COLD
+    cold = COLD if schedule is WARM else schedule
 
     def over(method, state, barrier):
         return error(method.bounds, state, barrier).largest <= schedule.patience * barrier
@@ -453,7 +453,8 @@ def test_the_barriers_of_a_solve_are_those_of_its_schedule(monkeypatch, warm):
 
     first = minimise(valley(), VALLEY_START, TIGHT)
     monkeypatch.setattr(InteriorPoint, "step", noted)
-    end = minimise(valley(), VALLEY_START, TIGHT, first.duals if warm else None)
+    duals = first.duals if schedule is WARM else None
+    end = minimise(valley(), VALLEY_START, TIGHT, duals, cold)
     assert end.solved
     assert seen[0] == schedule.first
     last = LAST_BARRIER * TIGHT.complementary

@@ -24,6 +24,7 @@ from human_gait.pictures.backpacks import (
 from human_gait.pictures.paper_figures import (
     FIGURES,
     MAKE_TARGETS,
+    PAPER,
     load_results,
     save_figures,
     validation,
@@ -270,6 +271,22 @@ def test_the_command_writes_beside_the_results_or_where_it_is_told(results, tmp_
     assert cli.run(["figures", str(tmp_path)]) == 0
     assert len(list((tmp_path / "figures").iterdir())) == 12
     assert capsys.readouterr().out == f"wrote 12 files to {tmp_path / 'figures'}\n"
+
+
+def test_those_of_the_paper_are_drawn_of_its_walks_beside_the_others(
+    results, tmp_path, capsys, monkeypatch
+):
+    table = {"fig08_joint_torques": FIGURES["fig08_joint_torques"]}
+    monkeypatch.setattr("human_gait.pictures.paper_figures.FIGURES", table)
+    for name in GAITS:
+        (tmp_path / f"{PAPER}{name}").symlink_to(results / name)
+    assert cli.run(["figures", str(tmp_path), "--paper"]) == 0
+    assert len(list((tmp_path / "figures-paper").iterdir())) == 2
+    assert not (tmp_path / "figures").exists()
+    (tmp_path / "paper-normal").unlink()
+    assert cli.run(["figures", str(tmp_path), "--paper"]) == cli.BAD_INPUT
+    message = f"no gait.npz in {tmp_path / 'paper-normal'} (make paper-normal)"
+    assert message in capsys.readouterr().err
 
 
 def test_the_command_explains_a_missing_result_in_one_line(tmp_path, capsys):

@@ -33,6 +33,10 @@ RESULTS = {  # three solves are enough to stand for five
     "backpack-20": "paper-backpack-40",
     "backpack-40": "paper-backpack-40",
 }
+RESULTS |= {  # of `figures --paper`
+    "paper-preferred": "paper-normal",
+    **{f"paper-{name}": one for name, one in RESULTS.items() if name != "preferred"},
+}
 PLACEHOLDER = re.compile(r"\[?[A-Z_]+2?[\].]*")
 STANDS_FOR = {
     "ADDRESS": "127.0.0.1",

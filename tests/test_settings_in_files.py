@@ -66,6 +66,8 @@ NO_PLACE = {
     "phases.heel_off": _MOTION,
     "posture.swing_knee": _MOTION,
     "posture.limbs": _MOTION,
+    "posture.torques": _MOTION,
+    "subject.strength": "bounds the torques, which follow from it",
     "ground.pad": "bounds the pressure, which follows from it",
     "ground.ball": _MOTION,
     "objective.formulation": "what other settings are by default, and those are there",

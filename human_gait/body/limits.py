@@ -6,6 +6,7 @@ The paper prints neither: they are those of ``data/joint_limits.csv``.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from statistics import NormalDist
 
 import numpy as np
 
@@ -28,6 +29,9 @@ from human_gait.scenario import Scenario, Subject
 
 REFERENCE_STRENGTH = 100.0
 """Strength of a joint whose torques count as they are, [N m]."""
+
+SPREAD = 0.23
+"""Standard deviation of strength, of the mean: that of hip, knee and ankle (Anderson 2007)."""
 
 _ROWS = data.rows("joint_limits")
 _ARMS = [*BRANCHES["right_arm"], *BRANCHES["left_arm"]]
@@ -108,6 +112,25 @@ def torque_limits(subject: Subject, deviations: float = 2.0) -> tuple[FloatArray
     lower = [_strength(row, "min", -deviations, subject) for row in _ROWS]
     upper = [_strength(row, "max", deviations, subject) for row in _ROWS]
     return np.array(lower), np.array(upper)
+
+
+def strength_limits(subject: Subject) -> tuple[FloatArray, FloatArray]:
+    """Return how strong a person is in both directions of each DOF, two (55,) arrays, [N m].
+
+    By the person's percentile: mean + z SD. Where the source has no SD it is `SPREAD` of the mean;
+    joints whose strength nobody has measured are infinitely strong.
+    """
+    z = NormalDist().inv_cdf(subject.strength / 100.0)
+    known = np.array([row["torque_origin"] not in ("", "assumed") for row in _ROWS])
+    mean, spread = (
+        [np.where(known, side, 0.0) for side in torque_limits(subject, deviations)]
+        for deviations in (0.0, 1.0)
+    )
+    lower, upper = (
+        np.where(known, weak + z * np.where(strong == weak, SPREAD * weak, strong - weak), side)
+        for weak, strong, side in zip(mean, spread, (-np.inf, np.inf), strict=True)
+    )
+    return lower, upper
 
 
 def torque_weights(scenario: Scenario) -> FloatArray:

@@ -34,6 +34,9 @@ class Kind(StrEnum):
     FRICTION = "friction"
     """What only a floor of enough friction can do."""
 
+    STRENGTH = "strength"
+    """What only people of enough strength can do."""
+
     INSTANTS = "instants"
     """Constrained at the instants of the grid: between them kept if they are close enough."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.limits import joint_limits
+from human_gait.body.limits import joint_limits, strength_limits
 from human_gait.body.skeleton import SIDES, index
 from human_gait.checks.check import BETWEEN, EQUAL, Check, Claim, Kind
 from human_gait.checks.engines import Mechanics
@@ -24,6 +24,7 @@ PELVIS = Claim("limits of the pelvis exceeded", "m", Kind.WALK, "19")
 SPEED = Claim("pelvis off the walking speed", "m/s", Kind.INSTANTS, "23")
 KNEE = Claim("knee off 60 deg at mid-swing", "deg", Kind.WALK, "25")
 ARMS = Claim("arms swinging with the legs", "rad2", Kind.INSTANTS, "27")
+STRENGTH = Claim("muscle torque against strength", "of strength", Kind.STRENGTH)
 POSTURE = Claim("posture not periodic", "rad, m", Kind.WALK, "26")
 VELOCITY = Claim("velocity not periodic", "rad/s, m/s", Kind.TIES, "26")
 
@@ -90,6 +91,7 @@ def walk_checks(gait: Gait, now: Samples) -> list[Check]:
         pelvis_speed(gait, now),
         *([knee(gait, now)] if gait.scenario.posture.swing_knee == "bent" else []),
         arms(gait, now),
+        *([strength(gait, now)] if gait.scenario.posture.torques == "strength" else []),
         *periodicity(gait, now),
     ]
 
@@ -102,6 +104,12 @@ def within_limits(gait: Gait, now: Samples) -> list[Check]:
         JOINTS.worst(EQUAL, np.rad2deg(outside[:, 3:]), now.t),
         PELVIS.worst(EQUAL, outside[:, 1:3], now.t),
     ]
+
+
+def strength(gait: Gait, now: Samples) -> Check:
+    """No muscle gives more than the person can, in either direction of a joint."""
+    lower, upper = strength_limits(gait.scenario.subject)
+    return STRENGTH.worst(1.0, np.maximum(now.active / lower, now.active / upper), now.t)
 
 
 def pelvis_speed(gait: Gait, now: Samples) -> Check:

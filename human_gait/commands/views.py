@@ -146,12 +146,19 @@ def figures(
         Path | None,
         typer.Option(metavar="DIR", help="Folder to write to, else RESULTS_DIR/figures."),
     ] = None,
+    paper: Annotated[
+        bool,
+        typer.Option(
+            "--paper", help="Of paper-normal, ...: formulation of the study; to figures-paper."
+        ),
+    ] = False,
 ) -> None:
     """Draw figures 7 to 12 of the paper from the results of its walks."""
-    from human_gait.pictures.paper_figures import failed_results, save_figures
+    from human_gait.pictures.paper_figures import PAPER, failed_results, save_figures
 
-    folder = out or results / "figures"
-    files = save_figures(results, folder)
-    for failed in failed_results(results):
+    prefix = PAPER if paper else ""
+    folder = out or results / ("figures-paper" if paper else "figures")
+    files = save_figures(results, folder, prefix)
+    for failed in failed_results(results, prefix):
         say(f"note: {failed}: no walk was found, its best attempt is drawn", error=True)
     say(f"wrote {len(files)} files to {folder}")

@@ -130,7 +130,8 @@ class RecursiveDynamics:
 
 def symmetric(M: FloatArray) -> FloatArray:
     """Return matrices (..., n, n) from their upper triangles."""
-    return np.asarray(np.triu(M) + np.triu(M, 1).swapaxes(-1, -2))
+    below = np.tri(M.shape[-1], k=-1, dtype=bool)
+    return np.where(below, M.swapaxes(-1, -2), M)
 
 
 def load_torques(axes: FloatArray, wrench: FloatArray) -> FloatArray:

@@ -73,4 +73,7 @@ def cross(x: FloatArray, y: FloatArray) -> FloatArray:
     """Return the cross product; ``np.cross`` takes four times as long on short axes."""
     a, b, c = x[..., 0], x[..., 1], x[..., 2]
     d, e, f = y[..., 0], y[..., 1], y[..., 2]
-    return np.stack([b * f - c * e, c * d - a * f, a * e - b * d], axis=-1)
+    first = b * f - c * e
+    found = np.empty((*first.shape, 3))
+    found[..., 0], found[..., 1], found[..., 2] = first, c * d - a * f, a * e - b * d
+    return found

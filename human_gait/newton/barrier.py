@@ -13,6 +13,8 @@ A. Waechter and L. T. Biegler, Mathematical Programming 106 (2006): Eq. (3), sec
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -59,7 +61,8 @@ WARM = Schedule(1e-4, 1e4, 1.2)
 """The valley is the right one: no need to go to its middle."""
 
 
-class State(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class State:
     """Where the method is.
 
     Attributes
@@ -81,7 +84,7 @@ class State(NamedTuple):
     low: FloatArray
     high: FloatArray
 
-    @property
+    @cached_property
     def slope(self) -> FloatArray:
         """The gradient (n,) of cost and rows, without the bounds of the variables."""
         return np.asarray(self.now.gradient + self.y @ self.now.jacobian, dtype=float)

@@ -48,6 +48,7 @@ def minimise(
     start: FloatArray,
     goal: Goal | None = None,
     duals: Duals | None = None,
+    cold: Schedule = COLD,
 ) -> End:
     """Minimise from a start.
 
@@ -59,6 +60,8 @@ def minimise(
     goal : Goal, optional
     duals : Duals, optional
         Multipliers of a start that is nearly optimal: the barrier then starts low.
+    cold : Schedule
+        How the barrier falls from a start without multipliers.
 
     Returns
     -------
@@ -74,15 +77,17 @@ def minimise(
         matrix: the step is then shortened.
     """
     method, goal = InteriorPoint(problem), goal or Goal()
-    stages = Stages(COLD if duals is None else WARM, LAST_BARRIER * goal.complementary)
+    stages = Stages(cold if duals is None else WARM, LAST_BARRIER * goal.complementary)
     state = method.start(start, duals, stages.barrier)
     if isinstance(state, str):
         none = Duals(np.zeros(len(problem.row_lower)), np.zeros(len(start)))
         return End(start, none, False, state, 0)
-    return _descended(method, state, stages, goal)
+    return _descended(method, state, stages, goal, cold)
 
 
-def _descended(method: InteriorPoint, state: State, stages: Stages, goal: Goal) -> End:
+def _descended(
+    method: InteriorPoint, state: State, stages: Stages, goal: Goal, cold: Schedule
+) -> End:
     """Return where steps from a state end."""
     damping, anew = 0.0, _ANEW
     for steps in range(goal.most_iterations + 1):
@@ -96,7 +101,7 @@ def _descended(method: InteriorPoint, state: State, stages: Stages, goal: Goal) 
             return method.end(state, STUCK, steps)
         if found is None:  # instead of the paper's phase that restores feasibility
             anew -= 1
-            stages.begin(COLD)
+            stages.begin(cold)
             found = method.bounds.cold(state.point, state.now), 0.0
         state, damping = found
     return method.end(state, LIMIT_REACHED, goal.most_iterations)

@@ -1,4 +1,7 @@
-"""Figures 7 to 12 of the paper, drawn from the results of its walks."""
+"""Figures 7 to 12 of the paper, drawn from the results of its walks.
+
+By the default formulation, or by that of the original study, of results with `PAPER` in front.
+"""
 
 from __future__ import annotations
 
@@ -39,6 +42,9 @@ MAKE_TARGETS: Mapping[str, str] = {
 }
 """The results that the figures need, and the Make target that makes each."""
 
+PAPER = "paper-"
+"""What results by the formulation of the original study begin with; each has its own target."""
+
 _BACKPACKS = ("backpack-0", "backpack-20", "backpack-40")
 _VALIDATED = {
     "knee_flexion_deg": "knee, flexion +",
@@ -47,8 +53,15 @@ _VALIDATED = {
 _SVG = {"svg.fonttype": "none", "svg.hashsalt": "human_gait"}  # text as text, the same every time
 
 
-def save_figures(results: str | Path, folder: str | Path) -> list[Path]:
+def save_figures(results: str | Path, folder: str | Path, prefix: str = "") -> list[Path]:
     """Draw all figures from the results and write each into a folder, as PNG and as SVG.
+
+    Parameters
+    ----------
+    results, folder : path
+        The folder of the result folders, and the one to write to.
+    prefix : str
+        What the names of the results begin with, `PAPER` or nothing.
 
     Returns
     -------
@@ -60,7 +73,7 @@ def save_figures(results: str | Path, folder: str | Path) -> list[Path]:
     ResultError
         If a result is missing or cannot be read, or the files cannot be written: none is then.
     """
-    gaits, target = load_results(results), Path(folder)
+    gaits, target = load_results(results, prefix), Path(folder)
     drawn: dict[str, bytes] = {}
     for name, (draw, needed) in FIGURES.items():
         walks = [gaits[result] for result in needed]
@@ -77,9 +90,9 @@ def save_figures(results: str | Path, folder: str | Path) -> list[Path]:
     return [target / name for name in drawn]
 
 
-def failed_results(results: str | Path) -> list[Path]:
+def failed_results(results: str | Path, prefix: str = "") -> list[Path]:
     """Return the folders of results that are no walk, as far as they know."""
-    folders = [Path(results) / name for name in MAKE_TARGETS]
+    folders = [Path(results) / f"{prefix}{name}" for name in MAKE_TARGETS]
     return [folder for folder in folders if no_walk(load_gait(folder)) or _failed(folder / SUMMARY)]
 
 
@@ -87,8 +100,8 @@ def _failed(summary: Path) -> bool:
     return summary.is_file() and read_json(summary, {"success": bool})["success"] is False
 
 
-def load_results(results: str | Path) -> dict[str, Gait]:
-    """Return the walks of the result folders that the figures need, by name of the folder.
+def load_results(results: str | Path, prefix: str = "") -> dict[str, Gait]:
+    """Return the walks of the result folders that the figures need, by name without prefix.
 
     Raises
     ------
@@ -96,10 +109,11 @@ def load_results(results: str | Path) -> dict[str, Gait]:
         If one is missing or cannot be read, or has a file of another walk, or if the walks with a
         backpack differ in more than the load.
     """
-    folders = {name: Path(results) / name for name in MAKE_TARGETS}
+    folders = {name: Path(results) / f"{prefix}{name}" for name in MAKE_TARGETS}
     missing = [name for name, folder in folders.items() if not (folder / GAIT_FILE).is_file()]
     if missing:
-        places = ", ".join(f"{folders[name]} (make {MAKE_TARGETS[name]})" for name in missing)
+        targets = {name: folders[name].name if prefix else MAKE_TARGETS[name] for name in missing}
+        places = ", ".join(f"{folders[name]} (make {target})" for name, target in targets.items())
         raise ResultError(f"no {GAIT_FILE} in {places}")
     gaits = {name: own_gait(folder) for name, folder in folders.items()}
     for name in _BACKPACKS[1:]:

@@ -107,7 +107,9 @@ class Curvature:
         terms = [(f.term, f.scale * y[0]) for f, y in weighted if isinstance(f, TermOfWalk)]
         rows = [(f.constraint, y) for f, y in weighted if isinstance(f, RowsOfWalk)]
         second = self.functions.hessian(self.unit * x, terms, rows)
-        return second * self.unit[:, None] * self.unit
+        second *= self.unit[:, None]
+        second *= self.unit
+        return second
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +129,7 @@ class TermOfWalk:
     def value(self, x: FloatArray) -> FloatArray:
         """Return the scaled term (1,)."""
         free = self.family.unit * x
-        return np.array([self.scale * self.family.functions.cost([self.term], free)[0]])
+        return np.array([self.scale * self.family.functions.integral(self.term, free)[0]])
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Return its gradient (n,)."""

@@ -17,10 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from human_gait.arrays import FloatArray, IntArray
+from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import N_DOF, SIDES, index
 from human_gait.problem.term import UNIT, Term
-from human_gait.walk.adjoint import JOINTS, Adjoint, at_next
+from human_gait.walk.adjoint import JOINTS, Adjoint
 from human_gait.walk.instant import Instants
 
 ROUNDING = 20.0
@@ -72,11 +72,8 @@ def joint_work(positive: float, negative: float) -> Term:
         slope, bend = (factor * spacing[:, None] * part for part in (cost.slope, cost.bend))
         adjoint.torque[:, _RIGID] += slope * v
         adjoint.torque_second[:, _RIGID] += bend * v**2
-        # by tau and v: slope + bend tau v;  by v twice: bend tau^2
-        turned = _by_velocity(len(tau), _RIGID)
-        J = now.muscle_torque.partials[:, _RIGID]
-        mixed = (slope + bend * tau * v)[..., None] * J + (bend * tau**2 / 2.0)[..., None] * turned
-        adjoint.products.append((mixed, turned))
+        adjoint.torque_velocity[:, _RIGID] += slope + bend * tau * v
+        adjoint.velocity_second[:, _RIGID] += bend * tau**2
 
     return Term("work of fibres", UNIT, "", evaluate, add_to_adjoint)
 
@@ -110,34 +107,32 @@ def ankle_work(
         by = [sum_v - 2.0 * storing * tau[0], sum_tau, sum_v + 2.0 * storing * tau[1], sum_tau]
         return np.stack(by), _SECOND + storing * _STORED, price(P, positive, negative)
 
-    def rows(now: Instants) -> FloatArray:
-        """Return the partials (4, K, 2, 165) of tau, v, tau', v' in the states of both instants."""
-        J = now.muscle_torque.partials
-        turned = np.zeros_like(J)
-        turned[:, JOINTS, N_DOF + JOINTS] = 1.0
-        (tau, tau_next), (v, v_next) = (_two(x, mirrored) for x in (J, turned))
-        return np.stack([tau, v, tau_next, v_next])
-
     def evaluate(now: Instants, _: FloatArray) -> tuple[float, FloatArray]:
         by, _, cost = paid(now)
-        R, parts = rows(now), interval * cost.slope * by
-        here, onward = (np.einsum("aki,akis->ks", parts[a], R[a]) for a in _ENDS)
-        total = np.zeros((len(now.t), 3 * N_DOF))
-        total[: len(here)] += here
-        total[_onward(len(onward), len(total))] += onward
+        by_torque, by_velocity = np.zeros((2, *now.q.shape))
+        parts = interval * cost.slope * by
+        _add(by_torque, parts[0], parts[2], mirrored)
+        _add(by_velocity, parts[1], parts[3], mirrored)
+        J = now.muscle_torque.partials[:, _ANKLES]
+        total = (by_torque[:, None, _ANKLES] @ J)[:, 0]
+        total[:, N_DOF : 2 * N_DOF] += by_velocity
         return float(interval * cost.value.sum()), total
 
     def add_to_adjoint(now: Instants, _: FloatArray, factor: float, adjoint: Adjoint) -> None:
         by, second, cost = paid(now)
         slope, bend = factor * interval * cost.slope, factor * interval * cost.bend
         H = bend * by[:, None] * by[None] + slope * second[..., None, None]  # (4, 4, K, 2)
-        R, K = rows(now), len(now.t)
-        _add_slopes(adjoint, slope * by[0], slope * by[2], mirrored)
-        here = np.arange(by.shape[1])
-        adjoint.pairs.append((_flat(np.einsum("abki,akis->bkis", H[:2, 2:], R[:2])), _flat(R[2:])))
-        for end, at in zip(_ENDS, (here, _onward(len(here), K)), strict=True):
-            half = np.einsum("abki,akis->bkis", H[end, end] / 2.0, R[end])
-            adjoint.products.append((_at(at, K, half), _at(at, K, R[end])))
+        _add(adjoint.torque, slope * by[0], slope * by[2], mirrored)
+        _add(adjoint.torque_second, H[0, 0], H[2, 2], mirrored)
+        _add(adjoint.torque_velocity, H[0, 1], H[2, 3], mirrored)
+        _add(adjoint.velocity_second, H[1, 1], H[3, 3], mirrored)
+        adjoint.torque_next[: by.shape[1], _ANKLES] += H[0, 2]
+        # tau with v', v with tau' and v'
+        J, J_next = _two(now.muscle_torque.partials, mirrored)
+        V, V_next = _two(np.broadcast_to(_VELOCITIES, (len(now.t), *_VELOCITIES.shape)), mirrored)
+        by_next = H[1, 2, ..., None] * J_next + H[1, 3, ..., None] * V_next
+        D, E = (H[0, 3, ..., None] * J, V), (V_next, by_next)
+        adjoint.pairs.append((np.concatenate(D, axis=1), np.concatenate(E, axis=1)))
 
     return Term("work of fibres behind the tendon", UNIT, "", evaluate, add_to_adjoint)
 
@@ -146,43 +141,20 @@ def ankle_work(
 _SECOND = np.array([[0, 1, 0, 1], [1, 0, 1, 0], [0, 1, 0, 1], [1, 0, 1, 0]]) / 4.0
 _STORED = np.diag([-2.0, 0.0, 2.0, 0.0])
 
-
-_ENDS = slice(0, 2), slice(2, 4)  # what is of an instant, and of the next
-
-
-def _onward(pairs: int, K: int) -> IntArray:
-    """Return the instant that ends each pair; T is the mirror image of the first one."""
-    return (np.arange(pairs) + 1) % K
+_VELOCITIES = np.eye(3 * N_DOF)[N_DOF : 2 * N_DOF]  # partials (55, 165) of the velocities
 
 
 def _two(values: FloatArray, mirrored: bool) -> tuple[FloatArray, FloatArray]:
-    """Return a quantity of the ankles at instants and at those that follow."""
-    after = at_next(values, mirrored)
-    return values[: len(after), _ANKLES], after[:, _ANKLES]
+    """Return a quantity (K, 55, ...) of the ankles at instants and at those that follow."""
+    ankles = values[:, _ANKLES]
+    if not mirrored:
+        return ankles[:-1], ankles[1:]
+    return ankles, np.concatenate([ankles[1:], ankles[:1, ::-1]])  # at T: the other ankle at 0
 
 
-def _add_slopes(adjoint: Adjoint, here: FloatArray, onward: FloatArray, mirrored: bool) -> None:
-    """Add the derivatives by tau and tau' to those by the torques of the instants."""
-    adjoint.torque[: len(here), _ANKLES] += here
-    adjoint.torque[1:, _ANKLES] += onward[: len(adjoint.torque) - 1]
-    if mirrored:  # tau(T) is that of the other ankle at 0
-        adjoint.torque[0, _ANKLES[::-1]] += onward[-1]
-
-
-def _flat(rows: FloatArray) -> FloatArray:
-    """Return rows (2, K, 2, 165) by instant, (K, 4, 165)."""
-    return rows.transpose(1, 0, 2, 3).reshape(rows.shape[1], -1, rows.shape[-1])
-
-
-def _at(instants: IntArray, K: int, rows: FloatArray) -> FloatArray:
-    """Return rows (2, k, 2, 165) at some instants as rows (K, 4, 165) at all."""
-    whole = np.zeros((K, 4, rows.shape[-1]))
-    whole[instants] = _flat(rows)
-    return whole
-
-
-def _by_velocity(K: int, joints: IntArray) -> FloatArray:
-    """Return the partials (K, c, 165) of the velocities of joints."""
-    rows = np.zeros((K, len(joints), 3 * N_DOF))
-    rows[:, np.arange(len(joints)), N_DOF + joints] = 1.0
-    return rows
+def _add(total: FloatArray, here: FloatArray, onward: FloatArray, mirrored: bool) -> None:
+    """Add what is of the ankles at instants and at those that follow to the total (K, 55)."""
+    total[: len(here), _ANKLES] += here
+    total[1:, _ANKLES] += onward[: len(total) - 1]
+    if mirrored:
+        total[0, _ANKLES[::-1]] += onward[-1]

@@ -7,6 +7,7 @@ solvers ask for costs and rows at the same points one after the other.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -47,7 +48,7 @@ class WalkFunctions:
         self.transcription = Transcription(basis, self.times)
         self.evaluations = 0
         self.observe: Callable[[FloatArray], None] | None = None
-        self._known: tuple[bytes, Instants, dict[Constraint, Residual]] | None = None
+        self._known: tuple[bytes, Instants, dict[Constraint | Term, Any]] | None = None
 
     def instants(self, free: FloatArray) -> Instants:
         """Return everything known at the instants of the grid; the last result is kept."""
@@ -73,18 +74,31 @@ class WalkFunctions:
 
     def cost(self, terms: Iterable[Term], free: FloatArray) -> tuple[float, FloatArray]:
         """Return the sum of terms [N^2 m^2 s] and its gradient in the free control points."""
-        now = self.instants(free)
-        parts = [term.evaluate(now, self.spacing) for term in terms]
+        parts = [self.integral(term, free) for term in terms]
         partials = np.asarray(sum(by_state for _, by_state in parts))
         return sum(value for value, _ in parts), self.transcription.gradient(partials)
 
+    def integral(self, term: Term, free: FloatArray) -> tuple[float, FloatArray]:
+        """Return a term [N^2 m^2 s] with its partials (K, 165) in q, v, a."""
+        found: tuple[float, FloatArray] = self._once(
+            term, free, lambda now: term.evaluate(now, self.spacing)
+        )
+        return found
+
     def rows(self, constraint: Constraint, free: FloatArray) -> Residual:
         """Return the rows of a constraint with their partials in q, v, a."""
+        found: Residual = self._once(constraint, free, constraint.evaluate)
+        return found
+
+    def _once(
+        self, what: Constraint | Term, free: FloatArray, evaluate: Callable[[Instants], Any]
+    ) -> Any:
+        """Return what is known of a constraint or a term at a point."""
         now = self.instants(free)
         known = self._known[2] if self._known else {}
-        if constraint not in known:
-            known[constraint] = constraint.evaluate(now)
-        return known[constraint]
+        if what not in known:
+            known[what] = evaluate(now)
+        return known[what]
 
     def residual(self, constraint: Constraint, free: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return rows (r,) of a constraint and their Jacobian (r, m * 55)."""

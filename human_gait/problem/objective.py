@@ -16,7 +16,7 @@ from human_gait.problem.fibre_work import ankle_work, joint_work
 from human_gait.problem.steadiness import steady_head, steady_trunk
 from human_gait.problem.term import UNIT, Term
 from human_gait.scenario import Scenario
-from human_gait.walk.adjoint import JOINTS, Adjoint, at_next
+from human_gait.walk.adjoint import Adjoint, at_next
 from human_gait.walk.gait import instant_spacing
 from human_gait.walk.instant import Instants
 
@@ -129,8 +129,6 @@ def squared_torque_rate(weights: FloatArray, interval: float, mirrored: bool = T
         adjoint.torque_second[:] += 2.0 * own
         if not mirrored:
             adjoint.torque_second[[0, -1]] -= own
-        J = now.muscle_torque.partials
-        after = at_next(J, mirrored)[:, JOINTS]
-        adjoint.pairs.append((-own[JOINTS, None] * J[: len(after), JOINTS], after))
+        adjoint.torque_next[: len(now.q) if mirrored else -1] -= own
 
     return Term("squared torque rate", UNIT, "", evaluate, add_to_adjoint)

@@ -139,11 +139,7 @@ class RunningCost(Value):
         rows, spacing = _rows(self, _motion(now)), factor * spacing
         if self.squared:  # Gauss and Newton: 2 w J^T J
             J = _by_state(rows, now)
-            size = np.sqrt(np.abs(2.0 * self.weight * spacing))[:, None, None]
-            if self.weight > 0.0:
-                adjoint.squares.append(size * J)
-            else:
-                adjoint.products.append((self.weight * spacing[:, None, None] * J, J))
+            adjoint.products.append((self.weight * spacing[:, None, None] * J, J))
         slopes = self._slopes(rows, spacing)
         if rows.by_torque is not None:
             adjoint.torque[:] += np.einsum("kr,kri->ki", slopes, rows.by_torque)

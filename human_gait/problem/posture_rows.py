@@ -1,11 +1,12 @@
-"""How the walker holds itself: speed of the pelvis, knee and arms, Eqs. (23), (25), (27)."""
+"""How the walker holds itself: pelvis, knee, arms, Eqs. (23), (25), (27), and its strength."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from human_gait.arrays import FloatArray, IntArray
-from human_gait.body.skeleton import SIDES_IN_WORDS, index
+from human_gait.body.limits import strength_limits
+from human_gait.body.skeleton import DOF_NAMES, N_DOF, SIDES_IN_WORDS, in_words, index
 from human_gait.problem.residual import Constraint, Demand, Residual, Tolerance, same_words
 from human_gait.scenario import Scenario
 from human_gait.walk.adjoint import Adjoint
@@ -30,7 +31,13 @@ ARM_LEG_COUPLING = Demand(
     tolerance=Tolerance("arm_leg", upwards=True),
 )
 
+STRENGTH = Demand(
+    name="strength",
+    meaning="muscles are as strong as the person's",
+)
+
 _PELVIS = index("pelvis_tz")
+_STRENGTH_USED = 0.95  # at the constrained instants: between them it is more
 
 
 def pelvic_velocity(scenario: Scenario, on: IntArray) -> Constraint:
@@ -72,6 +79,32 @@ def knee_at_mid_swing(scenario: Scenario, times: FloatArray) -> Constraint:
         columns=np.array([[knee]]),
         what=same_words(k, "right knee, flexion"),
         evaluate=evaluate,
+    )
+
+
+def within_strength(scenario: Scenario, times: FloatArray) -> Constraint:
+    """No muscle torque is beyond the person's strength, in both directions of each joint."""
+    lower, upper = strength_limits(scenario.subject)
+    joints = np.flatnonzero(np.isfinite(lower))
+    k, i = np.repeat(np.arange(len(times)), len(joints)), np.tile(joints, len(times))
+
+    def evaluate(now: Instants) -> Residual:
+        tau = now.muscle_torque
+        return Residual(tau.value[k, i], *np.split(tau.partials[k, i], 3, axis=1))
+
+    def to_adjoint(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
+        adjoint.torque[:, joints] += multipliers.reshape(len(times), -1)
+
+    return Constraint(
+        demand=STRENGTH,
+        unit="N m",
+        lower=_STRENGTH_USED * lower[i],
+        upper=_STRENGTH_USED * upper[i],
+        instants=k,
+        columns=np.tile(np.arange(N_DOF), (len(k), 1)),
+        what=np.tile([in_words(DOF_NAMES[joint]) for joint in joints], len(times)),
+        evaluate=evaluate,
+        to_adjoint=to_adjoint,
     )
 
 

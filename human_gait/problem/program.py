@@ -43,6 +43,7 @@ from human_gait.problem.functions import WalkFunctions
 from human_gait.problem.impossible import refusals
 from human_gait.problem.objective import objective
 from human_gait.problem.own import PathConstraint, RunningCost
+from human_gait.problem.posture_rows import STRENGTH, within_strength
 from human_gait.problem.residual import Constraint, Residual
 from human_gait.problem.term import Term
 from human_gait.problem.violation import Violation, worst_row
@@ -69,8 +70,6 @@ class GaitProgram:
     scenario : Scenario
     dynamics : str
         What the dynamics is computed with, one of ``dynamics.ENGINES``.
-    friction : bool
-        Whether the floor's friction bounds the forces, which the paper leaves out.
     functions : WalkFunctions
         Costs and rows in the free control points, without Drake.
     basis : Basis
@@ -105,7 +104,7 @@ class GaitProgram:
         if basis is None:
             basis = Basis.uniform(step_cycle(scenario.walk), grid.control_points, grid.mirrored)
         # what is asked for
-        self.scenario, self.dynamics, self.basis, self.friction = scenario, dynamics, basis, False
+        self.scenario, self.dynamics, self.basis = scenario, dynamics, basis
         self.own_costs, self.own_constraints = tuple(costs), tuple(constraints)
         # functions of control points, and their values at the first guess
         self.functions = WalkFunctions(scenario, basis, dynamics)
@@ -154,9 +153,18 @@ class GaitProgram:
 
         What has been added to the MathematicalProgram stays in it.
         """
+        return self._with(friction_constraints(self.functions.walker.plan, self.times))
+
+    def with_strength(self) -> GaitProgram:
+        """Return the same problem for muscles that are no stronger than the person's.
+
+        What has been added to the MathematicalProgram stays in it.
+        """
+        return self._with([within_strength(self.scenario, self.times)])
+
+    def _with(self, added: list[Constraint]) -> GaitProgram:
         program, stage, prog = copy(self), self.torques, self.torques.prog.Clone()
-        added = friction_constraints(self.functions.walker.plan, self.times)
-        program.friction, program.constraints = True, self.constraints + added
+        program.constraints = self.constraints + added
         program.torques = replace(
             stage, prog=prog, constraints=program.constraints, own=list(stage.own)
         )
@@ -214,7 +222,9 @@ class GaitProgram:
         """
         x = self.torques.point(free / self.unit) if x is None else x
         changed = self.torques.changed_cost(x)
-        return self.cost(free)[0] if changed is None else changed / COST_SCALE
+        if changed is not None:
+            return changed / COST_SCALE
+        return sum(self.functions.integral(term, free)[0] for term in self.terms)
 
     def violations(self, free: FloatArray, x: FloatArray | None = None) -> list[Violation]:
         """Return the worst row of every constraint, of those added by Drake's calls too.
@@ -373,7 +383,7 @@ def _of_kind(what: str, given: object, kinds: tuple[type, ...]) -> None:
 
 def _without_twins(constraints: Sequence[Constraint]) -> None:
     """Raise ValueError if two constraints have one name: duals go by it."""
-    others = LIMITS, SYMMETRY, SLIDING_FRICTION, TURNING_FRICTION
+    others = LIMITS, SYMMETRY, SLIDING_FRICTION, TURNING_FRICTION, STRENGTH
     names = [constraint.name for constraint in constraints] + [demand.name for demand in others]
     twins = {name for name in names if names.count(name) > 1}
     if twins:

@@ -46,7 +46,7 @@ def steady_trunk(weights: FloatArray) -> Term:
     def add_to_adjoint(now: Instants, spacing: FloatArray, factor: float, adjoint: Adjoint) -> None:
         omega, rows = _angular_velocity(now)
         twice = 2.0 * factor * by_axis * spacing[:, None]
-        adjoint.squares.append(np.sqrt(twice)[..., None] * rows)
+        adjoint.products.append((twice[..., None] / 2.0 * rows, rows))
         adjoint.motion_second.append(_of_angular_velocity(now, twice * omega))
 
     return Term("unsteady trunk", UNIT, "", evaluate, add_to_adjoint)

@@ -9,14 +9,20 @@ An instant couples only the four control points whose basis functions are not ze
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.sparse import coo_array
 
 from human_gait.arrays import FloatArray, IntArray
 from human_gait.body.skeleton import N_DOF
+from human_gait.dynamics.second_derivatives import StateHessian
 from human_gait.problem.residual import Constraint, Residual
+from human_gait.walk.adjoint import JOINTS
 from human_gait.walk.bspline import DEGREE, Basis
-from human_gait.walk.instant import SecondDerivatives
+from human_gait.walk.instant import OfTorques, SecondDerivatives
+
+_EVERY = slice(None)
 
 POINTS = DEGREE + 1
 """Control points that an instant depends on: 4."""
@@ -37,6 +43,12 @@ class Transcription:
         self._active = _active_functions(basis, times)
         at = np.arange(len(times))[:, None]
         self._active_N = np.stack([matrix[at, self._active] for matrix in self._N])  # (3, K, 4)
+        starts = np.flatnonzero(np.diff(self._active[:, 0], prepend=-1))
+        self._pieces = [
+            (slice(i, j), _points(self._active[i, 0]))
+            for i, j in pairwise([*starts.tolist(), len(times)])
+        ]
+        """Instants between two knots, and their control points times DOF."""
 
     def motion(self, control_points: FloatArray) -> list[FloatArray]:
         """Return q, v, a (K, 55) from all control points (n, 55)."""
@@ -76,87 +88,98 @@ class Transcription:
 
         With N_k (165, 220) from the four active control points to q, v, a of instant k they are
 
-            sum over k of N_k^T (direct + A^T A + B^T C + C^T B) N_k .
+            sum over k of N_k^T (direct + B^T C + C^T B) N_k  and those by the torques.
 
-        Instants between two knots have the same active control points: they are summed up first.
-        Of each symmetric sum only a half X is computed, X + X^T being the whole.
+        Of each symmetric sum only a half X is computed, X + X^T being the whole. Instants between
+        two knots have the same active control points and are summed up first.
         """
-        m = self.basis.n_free
-        by_point = np.zeros((m, N_DOF, m, N_DOF))  # control point, DOF, control point, DOF
-        direct = np.stack(second.direct, axis=1)  # instant, one of qq, qv, qa, vv, DOF, DOF
-        A, B, C = (self._onto_points(rows) for rows in (second.rows, second.left, second.right))
-        for first in np.unique(self._active[:, 0]):
-            k = np.flatnonzero(self._active[:, 0] == first)
-            half = _flat(B[k]).T @ _flat(C[k]) + self._half_of_direct(k, direct[k])
-            squares = _flat(A[k])
-            half += squares.T @ squares / 2
-            functions = first + np.arange(POINTS)
-            self._add(by_point, functions, functions, half + half.T)
-        for left, right in second.pairs:
-            self._add_pairs(by_point, left, right)
-        return by_point.reshape(m * N_DOF, m * N_DOF)
+        n, K = self.basis.n_control_points * N_DOF, len(self.times)
+        half, after = np.zeros((n, n)), (np.arange(K) + 1) % K
+        B, C = self._onto_points(second.left), self._onto_points(second.right)
+        pairs = [
+            (self._onto_points(D, slice(len(D))), self._onto_points(E, after[: len(E)]))
+            for D, E in second.pairs
+        ]
+        for k, at in self._pieces:
+            P, by_P, by_last = self._torques(second.torques, k)
+            inner, last = slice(k.start, k.stop - 1), slice(k.stop - 1, k.stop)
+            half[at, at] += self._half_of_direct(second.direct, k)
+            half[at, at] += _products(
+                (P, by_P), (B[k], C[k]), *((D[inner], E[inner]) for D, E in pairs)
+            )
+            half[at, _points(self._active[after[last]][0, 0])] += _products(
+                (P[-1:], by_last), *((D[last], E[last]) for D, E in pairs)
+            )
+        half = self._folded(half)
+        return half + half.T
 
-    def _add_pairs(self, by_point: FloatArray, left: FloatArray, right: FloatArray) -> None:
-        """Add D_k^T E_k+1 and its transpose: neighbouring instants share five control points.
+    def _torques(self, torques: OfTorques, k: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return rows whose products are a half of the second derivatives by torques of instants k.
 
-        After the last instant of a step that is its own mirror image comes T, in the control points
-        of the first one.
+        With P of their partials in the control points, w, w' and c of their second derivatives
+        (`OfTorques`) and P' of the next instant it is
+
+            P^T (w P / 2 + c V + w' P'),        V_i = N' for the velocity of joint i, else 0.
+
+        Returned are P, what is in brackets, and w' P' of the last instant, which is in the next
+        control points. After the last instant of a step that is its own mirror image comes T.
         """
-        here = np.arange(len(left))
-        after = (here + 1) % len(self.times)
-        D, E = self._onto_points(left, here), self._onto_points(right, after)
-        for k, onward in zip(here, after, strict=True):
-            block = _flat(D[k]).T @ _flat(E[k])
-            rows, columns = self._active[k], self._active[onward]
-            self._add(by_point, rows, columns, block.copy())
-            self._add(by_point, columns, rows, block.T.copy())
+        w, onward, by_velocity = (part[k] for part in torques[1:])
+        P = self._onto_points(torques.partials[k], k)
+        rows = P * (w / 2.0)[..., None, None]
+        rows[:-1] += onward[:-1, :, None, None] * P[1:]
+        joint = np.arange(len(JOINTS))
+        rows[:, joint, :, JOINTS] += by_velocity.T[..., None] * self._active_N[1, k]
+        following = slice(k.stop, k.stop + 1) if k.stop < len(self.times) else slice(1)
+        after = self._onto_points(torques.partials[following], following)
+        if following.start is None:
+            cycle = self.basis.cycle
+            after = after[:, cycle.index[JOINTS] - JOINTS[0]] * cycle.sign[JOINTS, None, None]
+        after *= onward[-1:, :, None, None]
+        return P, rows, after
 
-    def _add(
-        self, by_point: FloatArray, rows: IntArray, columns: IntArray, block: FloatArray
-    ) -> None:
-        """Add second derivatives (220, 220) in two times four control points, Eq. (26).
+    def _folded(self, half: FloatArray) -> FloatArray:
+        """Return by the free control points what is by all of them, Eq. (26); `half` is used up.
 
         Control points past the free ones are images P_(m+i) = S P_i + L z of the first ones, so
         that their rows and columns are turned by S, which is its own transpose.
         """
-        m, cycle = self.basis.n_free, self.basis.cycle
-        block = block.reshape(POINTS, N_DOF, POINTS, N_DOF)
-        past = rows >= m
-        block[past] = block[past][:, cycle.index] * cycle.sign[:, None, None]
-        past = columns >= m
-        block[:, :, past] = block[:, :, past][..., cycle.index] * cycle.sign
-        for i, row in enumerate(rows % m):  # one by one: two may be the same free control point
-            for j, column in enumerate(columns % m):
-                by_point[row, :, column] += block[i, :, j]
+        n, m, cycle = self.basis.n_control_points, self.basis.n_free, self.basis.cycle
+        rows = half.reshape(n, N_DOF, n * N_DOF)
+        rows[: n - m] += rows[m:, cycle.index] * cycle.sign[:, None]
+        columns = half.reshape(n * N_DOF, n, N_DOF)[: m * N_DOF]
+        columns[:, : n - m] += cycle.turned(columns[:, m:])
+        return half[: m * N_DOF, : m * N_DOF]
 
-    def _onto_points(self, rows: FloatArray, at: IntArray | None = None) -> FloatArray:
-        """Return rows (K, r, 165) in q, v, a as rows (K, r, 4, 55) in the active control points.
+    def _onto_points(self, rows: FloatArray, k: slice | IntArray = _EVERY) -> FloatArray:
+        """Return rows (k, r, 165) in q, v, a as rows (k, r, 4, 55) in the active control points.
 
-        Those of the instants `at`, all by default.
+        Those of the instants k, by default of all.
         """
-        by_order = rows.reshape(*rows.shape[:2], 3, N_DOF)  # instant, row, order, DOF
-        N = self._active_N if at is None else self._active_N[:, at]
-        N = N.transpose(1, 2, 0)  # instant, control point, order
-        return np.asarray(N[:, None] @ by_order)
+        by_q, by_v, by_a = (rows[:, :, None, i : i + N_DOF] for i in range(0, 3 * N_DOF, N_DOF))
+        q, v, a = self._active_N[:, k, None, :, None]
+        found = by_q * q
+        found += by_v * v
+        found += by_a * a
+        return np.asarray(found)
 
-    def _half_of_direct(self, k: IntArray, blocks: FloatArray) -> FloatArray:
-        """Return a half of what blocks (k, 4, 55, 55) add to the active points, (220, 220).
+    def _half_of_direct(self, blocks: StateHessian, k: slice) -> FloatArray:
+        """Return a half (220, 220) of what second derivatives at instants add to active points.
 
-        The blocks of an instant are H_qq, H_qv, H_qa and H_vv. In the control points i and j they
-        are
+        In the control points i and j those of an instant are
 
-            sum over k of N_ki H_qq N_kj + N_ki H_qv N'_kj + N_ki H_qa N''_kj + N'_ki H_vv N'_kj
+            N_ki H_qq N_kj + N_ki H_qv N'_kj + N_ki H_qa N''_kj + N'_ki H_vv N'_kj
 
         and the transposes of the mixed ones, H_vq and H_aq, which come with the other half;
-        therefore only half of H_qq and H_vv is taken. One product of matrices sums over instants
-        and blocks: its rows are pairs of control points, its columns are pairs of DOF.
+        therefore only half of H_qq and H_vv is taken. Products of matrices sum over instants: their
+        rows are pairs of control points, their columns are pairs of DOF.
         """
         q, v, a = self._active_N[:, k]  # N, N', N'': instant, control point
         by_block = (q / 2, q), (q, v), (q, a), (v / 2, v)
-        weights = np.stack([i[:, :, None] * j[:, None, :] for i, j in by_block])
-        weights = weights.transpose(2, 3, 1, 0)  # from block, instant, i, j to i, j, instant, block
-        sums = weights.reshape(POINTS**2, -1) @ blocks.reshape(-1, N_DOF**2)
-        half = sums.reshape(POINTS, POINTS, N_DOF, N_DOF)  # i, j, DOF of i, DOF of j
+        weights = [(i[:, :, None] * j[:, None, :]).reshape(-1, POINTS**2) for i, j in by_block]
+        parts = zip(weights, blocks, strict=True)
+        sums = sum(weight.T @ block[k].reshape(-1, N_DOF**2) for weight, block in parts)
+        half = np.asarray(sums).reshape(POINTS, POINTS, N_DOF, N_DOF)  # i, j, DOF of i, DOF of j
         return half.transpose(0, 2, 1, 3).reshape(POINTS * N_DOF, POINTS * N_DOF)
 
     def _places(self, constraint: Constraint) -> tuple[IntArray, IntArray, FloatArray]:
@@ -171,9 +194,19 @@ class Transcription:
         return functions % m, dof, np.where(mirrored, cycle.sign[columns], 1.0)
 
 
-def _flat(rows: FloatArray) -> FloatArray:
-    """Return rows (k, r, 4, 55) of several instants below each other, (k * r, 220)."""
-    return rows.reshape(-1, POINTS * N_DOF)
+def _products(*pairs: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """Return the sum (220, 220) of X^T Y of pairs of rows (k, r, 4, 55)."""
+    flat = (
+        np.concatenate([rows.reshape(-1, POINTS * N_DOF) for rows in side])
+        for side in zip(*pairs, strict=True)
+    )
+    X, Y = flat
+    return np.asarray(X.T @ Y)
+
+
+def _points(first: int) -> slice:
+    """Return which of (n * 55) are of the four control points from the first one on."""
+    return slice(first * N_DOF, (first + POINTS) * N_DOF)
 
 
 def _active_functions(basis: Basis, times: FloatArray) -> IntArray:

@@ -49,7 +49,7 @@ _ROWS: Sequence[Row] = (
     _row(f"metabolic rate, {ERROR} [W/kg]", lambda e: e.metabolic.gross / e.mass),
     _row("of it standing [W/kg]", lambda e: e.metabolic.standing / e.mass),
     _row("of it heat of muscle torques [W/kg]", lambda e: e.metabolic.heat / e.mass),
-    _row("of it positive work of muscle fibres [W/kg]", lambda e: e.metabolic.work / e.mass),
+    _row("of it for positive work of muscle fibres [W/kg]", lambda e: e.metabolic.work / e.mass),
     *_three("positive work of the joints", lambda e: e.positive_work),
     *_three("negative work of the joints", lambda e: e.negative_work),
     _row("L5/S1 extension moment, greatest [N m]", lambda e: e.spine[0].greatest, ".1f"),

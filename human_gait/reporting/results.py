@@ -33,7 +33,7 @@ class Bound:
     share : float
         When it costs most, as a share of the step.
     saving : float
-        Share of the effort that the room would save.
+        Share of the cost that the room would save.
     """
 
     name: str

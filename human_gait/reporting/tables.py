@@ -170,7 +170,7 @@ def ranges(results: Sequence[Result]) -> Table:
 
 def shapes(result: Result) -> Table:
     """Return the bounds that shape a walk, the most costly first."""
-    columns = ("bound", "because", "most at [% of step]", "more room", "saves [% of effort]")
+    columns = ("bound", "because", "most at [% of step]", "more room", "saves [% of cost]")
     rows = tuple(
         (
             Cell(f"{bound.name}: {bound.what}"),

@@ -18,7 +18,7 @@ from human_gait.results.shapes import EXPLANATION_SHAPE, VERDICT
 
 _SHOWN = 15
 _NOTE = (
-    "\nEffort is the objective. What a bound would save is estimated to first order, for one bound "
+    "\nCost is the objective. What a bound would save is estimated to first order, for one bound "
     "at a time, given more room throughout the step. 'Most at' is the time from left heel strike "
     "(0 %) to right heel strike (100 %); the right foot swings. In the next step left and right "
     "change places."
@@ -70,13 +70,13 @@ def _shapes(explanation: dict[str, Any]) -> Group:
 def _sentences(shapes: list[dict[str, Any]]) -> list[str]:
     """Return what the table means, in words."""
     if not shapes:
-        return ["No bound costs effort worth mentioning."]
+        return ["No bound costs anything worth mentioning."]
     most, left = shapes[0], len(shapes) - _SHOWN
     reasons = dict.fromkeys(str(one["meaning"]) for one in shapes[:_SHOWN])
-    effort = f"{100.0 * float(most['saving']):.1f} % less effort"
+    saved = f"{100.0 * float(most['saving']):.1f} % less"
     rows = [
         f"Most of all: {most['constraint']}, {most['what']}.",
-        f"With {most['step']} more room the walk would take {effort}.",
+        f"With {most['step']} more room the walk would cost {saved}.",
         f"It walks like this because {'; '.join(reasons)}.",
         _NOTE,
     ]

@@ -49,6 +49,14 @@ class Subject(Section):
         source="adults; default 50th percentile of the sex",
     )
 
+    strength: float = number(
+        "percentile of muscle strength among people of that sex, stature and mass",
+        "%",
+        1.0,
+        99.0,
+        default=50.0,
+    )
+
     @classmethod
     def default(cls, sex: str = "male") -> Self:
         """Return the 50th percentile of one sex."""

@@ -154,7 +154,7 @@ class Tolerances(Section):
         1.0,
         default=0.08,
         effort=0.3,
-        source="Eq. 17; 1: in whatever order",
+        source="Eq. 17; calibrated; 1: in whatever order",
     )
     feet_apart: float = number(
         "how far apart, sideways, the feet stay while one passes the other",
@@ -475,6 +475,14 @@ class Posture(Section):
         default="free",
         effort="bent",
         source="bent: Eq. 25",
+    )
+    torques: str = choice(
+        "strength: no muscle gives more than the person can; free: whatever it takes",
+        "strength",
+        "free",
+        default="strength",
+        effort="free",
+        source="free: as in the paper",
     )
     limbs: str = choice(
         "apart: arms, legs and trunk do not pass through each other; free: they may",

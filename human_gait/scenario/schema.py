@@ -127,7 +127,7 @@ class Section:
 
         Parameters
         ----------
-        given : mapping of str to value
+        _given : mapping of str to value
             The settings that are not.
         about : About
             What they follow from in other sections.

@@ -107,6 +107,7 @@ def suggestions(program: GaitProgram, solution: Solution, checks: list[Check]) -
     found += [*_periodicity(scenario, failed), *_passing(scenario, failed)]
     found += _between(program, solution, failed)
     found += _friction(program, failed) if not found else []
+    found += _strength(program, failed) if not found else []
     if broken and not found:
         found += _relaxed(broken[0], program)
     return _once([*found, *_solver(solution, broken, bool(found))])
@@ -283,6 +284,14 @@ def _friction(program: GaitProgram, failed: list[Check]) -> Iterator[Suggestion]
         yield Suggestion("walk.step_length", f"shorter than {now:g} m", because)
     if worst.value <= scenario.ground.rule("friction")["range"][1]:
         yield Suggestion("ground.friction", f"at least {rounded_up(worst.value)}", because)
+
+
+def _strength(program: GaitProgram, failed: list[Check]) -> Iterator[Suggestion]:
+    """Find a person too weak; slower walking takes less."""
+    weak = [check for check in failed if check.kind is Kind.STRENGTH]
+    if weak and program.scenario.walk.speed > program.scenario.walk.rule("speed")["range"][0]:
+        because = f"{weak[0].value:.2f} of the person's strength is needed"
+        yield Suggestion("walk.speed", f"slower than {program.scenario.walk.speed:g} m/s", because)
 
 
 def _relaxed(worst: Violation, program: GaitProgram) -> list[Suggestion]:

@@ -24,12 +24,14 @@ from pydrake.symbolic import Expression, Variable
 
 from human_gait.arrays import FloatArray
 from human_gait.newton.active_set import follow
+from human_gait.newton.barrier import COLD, Schedule
 from human_gait.newton.interior_point import LIMIT_REACHED, NO_ROOM, OPTIMAL, minimise
 from human_gait.newton.nonlinear_program import Duals, End, NonlinearProgram
 from human_gait.newton.optimality import Goal
 from human_gait.solving.mathematical_program import ProgramFunctions, binding_key, unsupported
 
 NAME = "newton"
+_FIRST = "first_barrier"
 _FEW_VARIABLES = 400
 """Up to 9 control points `active_set` is quick: its quadratic programs are dense."""
 
@@ -131,8 +133,9 @@ class NewtonSolver(SolverInterface):  # type: ignore[misc]  # Drake's classes ha
 
     ``Solve(prog, initial_guess, solver_options)`` takes linear, quadratic and generic costs and
     constraints, bounding boxes and second-order cones. Options, set for ``NewtonSolver.id()``, are
-    those of `newton.optimality.Goal`. Drake lets Python fill no MathematicalProgramResult with
-    duals; therefore the result is of a class of its own with the same methods.
+    those of `newton.optimality.Goal` and ``first_barrier``, with which a cold start begins. Drake
+    lets Python fill no MathematicalProgramResult with duals; therefore the result is of a class of
+    its own with the same methods.
 
     Parameters
     ----------
@@ -207,11 +210,11 @@ class NewtonSolver(SolverInterface):  # type: ignore[misc]  # Drake's classes ha
         start = np.nan_to_num(np.asarray(guess, dtype=float).ravel())
         if len(start) != functions.n:
             raise ValueError(f"a guess of {len(start)} numbers for {functions.n} variables")
-        problem, goal = functions.problem(), _goal(prog, solver_options)
+        problem, (goal, cold) = functions.problem(), _wanted(prog, solver_options)
         if not self._warm:
-            end = minimise(problem, start, goal)
+            end = minimise(problem, start, goal, cold=cold)
         else:
-            end = _warm(problem, start, functions.duals_from_names(self._warm), goal)
+            end = _warm(problem, start, functions.duals_from_names(self._warm), goal, cold)
         return NewtonResult(prog, functions, end)
 
 
@@ -223,19 +226,22 @@ def _cost(functions: ProgramFunctions, x: FloatArray) -> float:
         return np.inf
 
 
-def _goal(prog: MathematicalProgram, options: SolverOptions | None) -> Goal:
-    """Return the goal that options ask for, those of the call before those of the program."""
+def _wanted(prog: MathematicalProgram, options: SolverOptions | None) -> tuple[Goal, Schedule]:
+    """Return what options ask for, those of the call before those of the program."""
     given: dict[str, Any] = {}
     for source in (prog.solver_options(), options):
         given |= source.options.get(NAME, {}) if source else {}
-    known = [item.name for item in fields(Goal)]
+    known = [*(item.name for item in fields(Goal)), _FIRST]
     for name in given:
         if name not in known:
             raise ValueError(f"newton has no option {name!r}: it has {', '.join(known)}")
-    return Goal(**given)
+    cold = COLD._replace(first=given.pop(_FIRST, COLD.first))
+    return Goal(**given), cold
 
 
-def _warm(problem: NonlinearProgram, start: FloatArray, duals: Duals, goal: Goal) -> End:
+def _warm(
+    problem: NonlinearProgram, start: FloatArray, duals: Duals, goal: Goal, cold: Schedule
+) -> End:
     """Return where the active set leads, else where a low barrier does; all steps counted."""
     spent = 0
     if len(start) <= _FEW_VARIABLES and goal == Goal():  # it has a goal of its own
@@ -243,5 +249,5 @@ def _warm(problem: NonlinearProgram, start: FloatArray, duals: Duals, goal: Goal
         if end.solved:
             return end
         spent = end.iterations
-    end = minimise(problem, start, goal, duals)
+    end = minimise(problem, start, goal, duals, cold)
     return End(end.x, end.duals, end.solved, end.status, spent + end.iterations)

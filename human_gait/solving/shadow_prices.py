@@ -1,4 +1,4 @@
-"""What shapes a gait: the bounds that hold it, and the effort that more room would save.
+"""What shapes a gait: the bounds that hold it, and the cost that more room would save.
 
 The multipliers of the solver are shadow prices: by how much the objective, Eq. (18), would change
 with a bound. Bounds of one kind are taken together over all instants.

@@ -32,6 +32,9 @@ POSTURE_OPTIONS: dict[str, dict[str, Any]] = {
     "snopt": {"Major optimality tolerance": 1e-1, "Major iterations limit": 25},
     "ipopt": {"tol": 1e-2, "max_iter": 50},
 }
+OWN_OPTIONS = {("human", "newton"): {"first_barrier": 3e-3}}
+"""Of a formulation and a solver: its bounds are narrow, and their middle is far from its walks."""
+
 POSTURE = (1.0, 1e-1)
 """Weights of a posture path: staying near the guess [1/rad^2 s], moving gently [s^3/rad^2]."""
 
@@ -260,7 +263,8 @@ def _stages(program: GaitProgram, solver: str, watch: Watch, given: _Start) -> S
     try:
         before = given.of(program, solver)
         watch.stage = "torque"
-        end = run_stage(program, program.torques, solver, before.free, {}, given.multipliers)
+        options = _options(program, solver)
+        end = run_stage(program, program.torques, solver, before.free, options, given.multipliers)
         if end.iterations is not None and before.iterations is not None:
             end = replace(end, iterations=before.iterations + end.iterations)
     except (Interrupted, RuntimeError):  # Drake turns an exception in SNOPT into a RuntimeError
@@ -270,6 +274,12 @@ def _stages(program: GaitProgram, solver: str, watch: Watch, given: _Start) -> S
             raise KeyboardInterrupt from None
         end = before = End(None, watch.best.free, False, watch.left)
     return _solution(program, solver, end, watch, before.free)
+
+
+def _options(program: GaitProgram, solver: str) -> dict[str, Any]:
+    """Return the options of a formulation; those of the MathematicalProgram go before them."""
+    own = OWN_OPTIONS.get((program.scenario.objective.formulation, solver), {})
+    return {**own, **program.torques.prog.solver_options().options.get(solver, {})}
 
 
 def _solution(

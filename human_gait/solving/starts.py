@@ -12,8 +12,8 @@ the same way every time.
 4. The other solvers.
 
 An attempt that ends feasible but not optimal is taken up again where it ended. If all that is wrong
-with a walk is that it would slip, it is taken up with friction as a constraint: hardly any walk
-needs that, and the solvers are quicker without.
+with a walk is that it would slip, or needs more strength than the person has, it is taken up with
+that as a constraint: hardly any walk needs it, and the solvers are quicker without.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ from human_gait.solving.solver import POSTURE, Solution, solve
 from human_gait.solving.warm_start import adapted, fitting, stretched
 from human_gait.solving.watch import FEASIBLE, Iterate
 from human_gait.stopping import running, under_way
+from human_gait.walk.bspline import Basis
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import make_record
 
@@ -54,6 +55,12 @@ _STRIDES = (0.0, 0.5, 1.0)  # of the way from comfortable walking to the walk th
 _COMFORTABLE_SPEED, _COMFORTABLE_STEP = 0.4, 0.71  # of sqrt(g l) and of l, the length of the leg
 _SPENT = ("iterations", "evaluations", "wall_time")
 _RANDOM_STARTS = 2
+_HELD: Mapping[Kind, Callable[[GaitProgram], GaitProgram]] = {
+    Kind.FRICTION: GaitProgram.with_friction,
+    Kind.STRENGTH: GaitProgram.with_strength,
+}
+_SHAKEN = 8  # control points at most that are disturbed
+_SAMPLES = 101  # of a step
 _DISTURBANCE = 0.1  # standard deviation of every control point, [rad] or [m]
 
 
@@ -110,10 +117,10 @@ class Attempt:
         return self.solution.converged and all(check.passed for check in self.checks)
 
     @property
-    def slips(self) -> bool:
-        """Whether it would be a walk on a floor of more friction."""
+    def beyond(self) -> set[Kind]:
+        """What it is beyond, where stronger people or a rougher floor would make it a walk."""
         failed = {check.kind for check in self.checks if not check.passed}
-        return self.solution.converged and failed == {Kind.FRICTION}
+        return failed if self.solution.converged and failed <= _HELD.keys() else set()
 
     @property
     def feasible(self) -> bool:
@@ -187,10 +194,19 @@ def best(attempts: list[Attempt]) -> Attempt:
 
 
 def disturbed(program: GaitProgram, rng: np.random.Generator) -> FloatArray:
-    """Return the program's guess (m * 55,), every control point disturbed within its limits."""
-    guess = program.guess().reshape(-1, N_DOF)
-    noisy = guess + rng.normal(0.0, _DISTURBANCE, guess.shape)
-    return np.clip(noisy, *program.limits).ravel()
+    """Return the program's guess (m * 55,), disturbed within its limits.
+
+    Every control point of a spline of a few is: the same shake at each point of a finer one would
+    be a much rougher motion.
+    """
+    guess, basis = program.guess().reshape(-1, N_DOF), program.basis
+    few = Basis.uniform(basis.cycle, min(_SHAKEN, basis.n_control_points), basis.mirrored)
+    t = np.linspace(0.0, basis.step_time, _SAMPLES)
+    q = basis.matrix(t) @ basis.expand(guess)
+    coarse = few.fit(t, q)
+    shaken = coarse + rng.normal(0.0, _DISTURBANCE, coarse.shape)
+    apart = few.matrix(t) @ (few.expand(shaken) - few.expand(coarse))
+    return np.clip(basis.fit(t, q + apart), *program.limits).ravel()
 
 
 def own_starts(
@@ -232,8 +248,14 @@ def _taken(
     if attempt.feasible and not attempt.solution.converged:
         attempt = _again(program, f"{name}, taken up again", attempt, tell)
         yield attempt
-    if attempt.slips:
-        yield _again(program.with_friction(), f"{name}, held by friction", attempt, tell)
+    held = set[Kind]()
+    while more := attempt.beyond - held:  # a walk that slips no more may need more strength
+        held |= more
+        for kind in sorted(more):
+            program = _HELD[kind](program)
+        words = " and ".join(sorted(held))
+        attempt = _again(program, f"{name}, held by {words}", attempt, tell)
+        yield attempt
 
 
 def _again(

@@ -14,7 +14,10 @@ from human_gait.dynamics.second_derivatives import StateHessian
 JOINTS = np.arange(6, N_DOF)
 """Indices of the DOF that have torques: all but the global ones."""
 
-_BY_DOF = ("torque", "torque_second", "passive", "passive_second")
+_BY_DOF = (
+    *("torque", "torque_second", "torque_next", "torque_velocity", "velocity_second"),
+    *("passive", "passive_second"),
+)
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,11 @@ class Adjoint:
     Attributes
     ----------
     torque, torque_second : (K, 55) array
-        By the muscle torques; the second derivatives by each of them, others being none.
+        By the muscle torques; the second derivatives by each of them.
+    torque_next : (K, 55) array
+        By the torque of a joint and the same one at the next instant (`at_next`).
+    torque_velocity, velocity_second : (K, 55) array
+        By the torque and the velocity of a joint, and twice by its velocity.
     passive, passive_second : (K, 55) array
         The same by the torques of the tissues.
     ground, ground_second : (K, n) and (K, n, n) array
@@ -37,8 +44,6 @@ class Adjoint:
         By position and velocity of the contact points, on which everything depends linearly.
     posture_second : (K, 55, 55) array
         Second derivatives by q, where it enters as it is.
-    squares : list of (K, r, 165) array
-        Rows A of second derivatives A^T A in q, v, a.
     products : list of two (K, r, 165) arrays
         Rows B, C of second derivatives B^T C + C^T B in q, v, a.
     motion_second : list of StateHessian
@@ -51,6 +56,9 @@ class Adjoint:
 
     torque: FloatArray
     torque_second: FloatArray
+    torque_next: FloatArray
+    torque_velocity: FloatArray
+    velocity_second: FloatArray
     passive: FloatArray
     passive_second: FloatArray
     ground: FloatArray
@@ -58,7 +66,6 @@ class Adjoint:
     position: FloatArray
     velocity: FloatArray
     posture_second: FloatArray
-    squares: list[FloatArray] = field(default_factory=list)
     products: list[tuple[FloatArray, FloatArray]] = field(default_factory=list)
     motion_second: list[StateHessian] = field(default_factory=list)
     pairs: list[tuple[FloatArray, FloatArray]] = field(default_factory=list)

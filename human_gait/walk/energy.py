@@ -164,7 +164,7 @@ def energy(result: Gait | str | Path) -> Energy:
         gait.step_length,
         gait.step_time,
         joint_work(now),
-        metabolic_rate(now, subject.mass),
+        metabolic_rate(now, subject, gait.scenario.objective.tendon_stiffness),
         spine_moments(now),
         strength_shares(now, subject),
         effort(gait),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from human_gait.dynamics.jet import Linearised
 from human_gait.dynamics.second_derivatives import StateHessian, TreeCurvature
 from human_gait.dynamics.tissues import PassiveJoints, no_torque
 from human_gait.scenario import Scenario
-from human_gait.walk.adjoint import Adjoint
+from human_gait.walk.adjoint import JOINTS, Adjoint
 from human_gait.walk.contact_plan import ContactPlan
 from human_gait.walk.feet import Feet, FootMotion
 from human_gait.walk.ground_reaction import (
@@ -34,6 +35,7 @@ from human_gait.walk.ground_reaction import (
 )
 from human_gait.walk.least_effort import Lean, least_effort
 
+_DOF = np.arange(N_DOF)
 _HEAD = int(np.searchsorted(LINKS, SEGMENTS["head"]))
 
 
@@ -75,18 +77,46 @@ class Instants:
     lean: Lean | None = None
 
 
+class OfTorques(NamedTuple):
+    """Second derivatives by the torques of the joints of K instants and by what goes with them.
+
+    Attributes
+    ----------
+    partials : (K, 49, 165) array
+        J, of the torques in q, v, a.
+    second, onward, by_velocity : (K, 49) array
+        Second derivatives by a torque twice, by it and the same one at the next instant, by it and
+        the velocity of its joint (`Adjoint`).
+    """
+
+    partials: FloatArray
+    second: FloatArray
+    onward: FloatArray
+    by_velocity: FloatArray
+
+    def dense(self) -> FloatArray:
+        """Return those at single instants as matrices (K, 165, 165), J^T w J + J^T c V + V^T c J.
+
+        V are the partials of the velocities.
+        """
+        J = self.partials
+        half = (self.second[..., None] / 2.0) * J
+        half[:, np.arange(len(JOINTS)), N_DOF + JOINTS] += self.by_velocity
+        found = J.swapaxes(1, 2) @ half
+        return np.asarray(found + found.swapaxes(1, 2))
+
+
 @dataclass(frozen=True)
 class SecondDerivatives:
-    """Second derivatives of a weighted sum at K instants, in q, v, a, in three parts.
+    """Second derivatives of a weighted sum at K instants, in q, v, a, in parts.
 
-    At each instant they are direct + A^T A + B^T C + C^T B; between an instant k and the next one
-    D_k^T E_k+1 and its transpose.
+    At each instant they are direct + those by the torques + B^T C + C^T B; between an instant k and
+    the next one those by the torques, D_k^T E_k+1 and its transpose.
 
     Attributes
     ----------
     direct : StateHessian
-    rows : (K, r, 165) array
-        A, for the squares of the torques and of own terms.
+    torques : OfTorques
     left, right : (K, r, 165) array
         B and C, for products with the variables of the ground and of own terms.
     pairs : list of two (K, r, 165) arrays
@@ -94,7 +124,7 @@ class SecondDerivatives:
     """
 
     direct: StateHessian
-    rows: FloatArray
+    torques: OfTorques
     left: FloatArray
     right: FloatArray
     pairs: Sequence[tuple[FloatArray, FloatArray]] = ()
@@ -102,8 +132,7 @@ class SecondDerivatives:
     def dense(self) -> FloatArray:
         """Return those at the instants as matrices (K, 165, 165)."""
         mixed = self.left.swapaxes(1, 2) @ self.right
-        squares = self.rows.swapaxes(1, 2) @ self.rows
-        return self.direct.dense() + squares + mixed + mixed.swapaxes(1, 2)
+        return self.direct.dense() + self.torques.dense() + mixed + mixed.swapaxes(1, 2)
 
 
 class Walker:
@@ -171,11 +200,13 @@ class Walker:
             by_qq, by_qv = self._feet.hessian(dynamics, now.feet[f], now.v, f, *weights)
             qq[:, chain[:, None], chain] += by_qq
             qv[:, chain[:, None], chain] += by_qv
+        vv[:, _DOF, _DOF] += adjoint.velocity_second
         hessian = StateHessian(qq, qv, qa, vv)
-        for part in (*_of_passive(now, adjoint), *adjoint.motion_second):
+        if adjoint.passive_second.any():
+            _add_passive(now, adjoint.passive_second, hessian)
+        for part in adjoint.motion_second:
             for block, added in zip(hessian, part, strict=True):
                 np.add(block, added, out=block)
-        squared, (negative, torques) = _of_torques(now, adjoint)
         y = now.ground.variables.partials
         half = adjoint.ground_second @ y / 2
         half[:, :, :N_DOF] += mixed.swapaxes(1, 2)
@@ -186,34 +217,22 @@ class Walker:
             qq[k] += by_q + by_q.swapaxes(1, 2)
             qv[k] += by_v
             qa[k] += by_a
-        rows = np.concatenate([squared, *adjoint.squares], axis=1)
-        left = np.concatenate([half, negative, *(B for B, _ in adjoint.products)], axis=1)
-        right = np.concatenate([y, torques, *(C for _, C in adjoint.products)], axis=1)
-        return SecondDerivatives(hessian, rows, left, right, adjoint.pairs)
+        left = np.concatenate([half, *(B for B, _ in adjoint.products)], axis=1)
+        right = np.concatenate([y, *(C for _, C in adjoint.products)], axis=1)
+        by = adjoint.torque_second, adjoint.torque_next, adjoint.torque_velocity
+        J = now.muscle_torque.partials[:, JOINTS]
+        torques = OfTorques(J, *(weights[:, JOINTS] for weights in by))
+        return SecondDerivatives(hessian, torques, left, right, adjoint.pairs)
 
 
-def _of_torques(
-    now: Instants, adjoint: Adjoint
-) -> tuple[FloatArray, tuple[FloatArray, FloatArray]]:
-    """Return rows of the squares of the muscle torques, and of the products of negative ones."""
-    J, second = now.muscle_torque.partials, adjoint.torque_second
-    joints = np.arange(len(ROOT), N_DOF)
-    below = joints[(second[:, joints] < 0.0).any(axis=0)]
-    counting = joints[(second[:, joints] > 0.0).any(axis=0)]
-    squared = J[:, counting] * np.sqrt(np.maximum(second[:, counting, None], 0.0))
-    negative = J[:, below] * np.minimum(second[:, below, None], 0.0) / 2.0
-    return squared, (negative, J[:, below])
+def _add_passive(now: Instants, weights: FloatArray, hessian: StateHessian) -> None:
+    """Add the second derivatives J^T w J of squares of the torques of tissues.
 
-
-def _of_passive(now: Instants, adjoint: Adjoint) -> list[StateHessian]:
-    """Return the second derivatives J^T w J of squares of the torques of tissues, if they count."""
-    weight = adjoint.passive_second[:, :, None]
-    if not weight.any():
-        return []
-    by_q, by_v = now.passive_torque.partials[..., :N_DOF], now.passive_torque.partials[..., N_DOF:]
-    by_v = by_v[..., :N_DOF]
-    qq, qv, vv = (
-        one.swapaxes(1, 2) @ (weight * other)
-        for one, other in ((by_q, by_q), (by_q, by_v), (by_v, by_v))
-    )
-    return [StateHessian(qq, qv, np.zeros_like(qq), vv)]
+    They depend on the postures of a few joints, and each on the velocity of its own joint alone.
+    """
+    by_q, by_v, _ = np.split(now.passive_torque.partials, 3, axis=2)
+    damping = by_v[:, _DOF, _DOF]
+    weighted = by_q.swapaxes(1, 2) * weights[:, None]
+    hessian.qq[:] += weighted @ by_q
+    hessian.qv[:] += weighted * damping[:, None]
+    hessian.vv[:, _DOF, _DOF] += weights * damping**2

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from human_gait import data
-from human_gait.arrays import BoolArray, FloatArray
-from human_gait.body.limits import torque_limits
+from human_gait.arrays import FloatArray
+from human_gait.body.limits import strength_limits
 from human_gait.body.skeleton import (
     DOF_NAMES,
     MIRROR_INDEX,
@@ -44,9 +43,6 @@ _OPPOSITE = {  # the other sense of an axis; longer names first
     "pronation": "supination",
     "radial deviation": "ulnar deviation",
 }
-_KNOWN: BoolArray = np.array(
-    [row["torque_origin"] not in ("", "assumed") for row in data.rows("joint_limits")]
-)
 
 
 @dataclass(frozen=True)
@@ -113,11 +109,11 @@ def strength_shares(now: Samples, subject: Subject) -> tuple[StrengthShare, ...]
 
     Axes whose strength no source tells (``data/joint_limits.csv``) are left out.
     """
-    limits = torque_limits(subject, deviations=0.0)
+    limits = strength_limits(subject)
     stride = np.concatenate([now.active, mirror(now.active)])
     peaks = (-stride.min(axis=0), stride.max(axis=0))
     found = []
-    for i in map(int, np.flatnonzero(_KNOWN & (np.arange(N_DOF) <= MIRROR_INDEX))):
+    for i in map(int, np.flatnonzero(np.isfinite(limits[0]) & (np.arange(N_DOF) <= MIRROR_INDEX))):
         name = in_words(DOF_NAMES[i]).removeprefix("right ")
         for sense, peak, limit in zip(_senses(name, i), peaks, limits, strict=True):
             torque, strength = max(float(peak[i]), 0.0), float(abs(limit[i]))
