@@ -18,7 +18,7 @@ from human_gait.exceptions import ResultError, ScenarioError
 from human_gait.problem.balance_rows import GROUND_PUSHES
 from human_gait.problem.constraints import LIMITS, SYMMETRY
 from human_gait.problem.contact_rows import CONTACT_POSITION, GROUND_PENETRATION, SOFT_IMPACT
-from human_gait.problem.posture_rows import ARM_LEG_COUPLING, PELVIC_VELOCITY
+from human_gait.problem.posture_rows import ARM_LEG_COUPLING, PELVIC_VELOCITY, STRENGTH
 from human_gait.problem.program import COST_SCALE, GaitProgram, build_program
 from human_gait.problem.residual import Demand
 from human_gait.problem.violation import Violation
@@ -468,6 +468,15 @@ def test_influences_sum_prices_of_all_instants_and_leave_out_what_is_negligible(
     assert found[PELVIC_VELOCITY.name].time == program.times[speed.instants[5]]
     assert "held at 0 deg" in found[LIMITS.name].what
     assert influences(program, solution_like(program, {}, cost=1.0)) == []
+
+
+def test_what_strength_would_save_is_told_of_a_newton_metre():
+    program = build_program(scenario()).with_strength()
+    prices = {c.name: np.zeros(len(c.lower)) for c in program.constraints}
+    prices[LIMITS.name] = np.zeros(len(program.unit))
+    prices[demanded(STRENGTH, program).name][7] = -2.0
+    (found,) = influences(program, solution_like(program, prices, cost=1000.0))
+    assert (found.step, found.saving) == ("1 N m", pytest.approx(2e-3))
 
 
 @pytest.mark.parametrize("cost", [0.0, -5.0])

@@ -295,9 +295,28 @@ def test_effort_is_the_integral_of_the_squared_muscle_torques_and_comes_last():
     assert headline(found)[-1].startswith("effort")
 
 
-def test_what_is_shown_has_the_error_of_the_model_and_every_joint():
+@pytest.mark.parametrize(
+    ("changes", "calibrated"),
+    [
+        ({"formulation": "human"}, True),
+        ({"formulation": "human", "walk.speed": 1.8}, True),
+        ({"formulation": "human", "walk.speed": 0.5}, False),
+        ({"formulation": "human", "walk.speed": 1.9}, False),
+        ({"formulation": "human", "load.mass": 10.0}, False),
+        ({"formulation": "effort"}, False),
+    ],
+)
+def test_the_error_of_the_model_stands_beside_walks_of_its_calibration_alone(changes, calibrated):
+    if speed := changes.get("walk.speed"):
+        changes = {**changes, "walk.step_length": speed * GAIT.step_time}
+    found = hg.energy(replace(GAIT, scenario=GAIT.scenario.replace(changes)))
+    assert found.calibrated == calibrated
+    assert (ERROR in headline(found)[0]) == calibrated
+    assert ("error not known" in headline(found)[0]) != calibrated
+
+
+def test_what_is_shown_has_every_joint():
     found = hg.energy(GAIT)
-    assert ERROR in headline(found)[0]
     assert headline(found)[0] in str(found)
     for one in found.joints:
         assert one.joint in str(found)

@@ -118,6 +118,34 @@ def reasons(task):
     return impossible(task, program.functions.walker, program.basis)
 
 
+@pytest.mark.parametrize(
+    ("ground", "key"),
+    [
+        ({"pad": 0.12}, "ground.pad"),
+        ({"loading": [1.1, 0.75, 0.4]}, "ground.pad"),
+        ({"loading": [1.5, 1.5, 1.5]}, "ground.loading"),
+    ],
+)
+def test_a_heel_has_to_carry_where_it_is_loaded(ground, key):
+    def program(**more):
+        return build_program(hg.Scenario("heel", hg.Walk(1.2), ground={**ground, **more}))
+
+    with pytest.raises(ScenarioError, match=rf"{key} = .*: leaves no walk: before it is flat"):
+        program()
+    if key == "ground.pad":
+        told = str(reasons(hg.Scenario("heel", hg.Walk(1.2), ground=ground))[0])
+        least = float(re.search(r"at least ([\d.]+)", told)[1])
+        program(pad=least)
+        with pytest.raises(ScenarioError, match=key):
+            program(pad=least - 0.011)
+
+
+def test_a_heel_may_be_shallow_where_the_load_may_pass_at_any_time():
+    any_time = {"load_transfer": 1.0}
+    task = hg.Scenario("heel", hg.Walk(1.2), tolerances=any_time, ground={"pad": 0.12})
+    assert reasons(task) == []
+
+
 @pytest.mark.parametrize("name", ["friction", "pelvis_tz"])
 def test_bounds_are_tight(name):
     """At the bound that is told it is not refused, a little below it is."""

@@ -347,9 +347,10 @@ def test_a_single_error_is_as_it_was(tmp_path):
 @pytest.mark.parametrize(
     ("content", "lines"),
     [
-        ("[walk]\nspead = 1.2\n", 2),  # that speed is missing follows from the slip
+        ("[walk]\nspead = 1.2\n", 1),  # that speed is missing follows from the slip
         ("[wlak]\nspeed = 1.2\nstep_length = 0.7\n", 1),
-        ("", 2),
+        ("", 1),
+        ('[walk]\nspeed = "fast"\n', 1),  # the step follows from it
         ("[walk]\nstep_length = 5\n[load]\nmass = 5\nposition = [0.1, 0, 0]\n", 3),
         (WALK + "[phases]\nheel_off = 0.1\n", 1),  # two rules, one event
     ],

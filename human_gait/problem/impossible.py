@@ -12,12 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from human_gait.arrays import FloatArray
 from human_gait.body.limits import joint_limits
 from human_gait.body.skeleton import DOF_NAMES, MIRROR_INDEX, PRISMATIC, index
 from human_gait.exceptions import ScenarioError
 from human_gait.problem.reach import MISSED, Nearest, nearest
 from human_gait.scenario import DofRange, Limits, Scenario
 from human_gait.walk.bspline import Basis
+from human_gait.walk.contact_plan import LEFT
 from human_gait.walk.instant import Walker
 
 _PART = 0.1  # of what would help most: a joint that is in the way
@@ -78,6 +80,7 @@ def impossible(scenario: Scenario, walker: Walker, basis: Basis) -> list[Suggest
         *_knee(scenario),
         *_progress(scenario, basis),
         *_slope(scenario, walker),
+        *_heel(scenario, walker),
         *_reach(scenario, walker, basis),
     ]
 
@@ -161,16 +164,10 @@ def _slope(scenario: Scenario, walker: Walker) -> Iterator[Suggestion]:
     In double support the forces of both feet meet at the height H above the ZMP
     (`ground_reaction`): their slopes differ by |B - A| / H, so that one of them is at least half.
     """
-    plan, grid = walker.plan, scenario.discretisation
-    n = grid.intervals * grid.dynamics_per_interval
-    t = np.arange(n) * scenario.walk.step_time / n
-    shared = plan.fraction(t) / plan.phases.double_support
-    tolerance = scenario.tolerances.load_transfer
-    least_share = tolerance + _LOADED
-    both = plan.double_support(t) & (shared > least_share) & (shared < 1.0 - least_share)
-    if not both.any() or plan.spread == 0.0 or plan.least_effort:
+    plan, t = walker.plan, _both_loaded(scenario, walker)
+    if not len(t) or plan.spread == 0.0 or plan.least_effort:
         return
-    A, B = (point[both] for point in plan.transfer_points(t))
+    A, B = plan.transfer_points(t)
     apart = float(np.linalg.norm(B - A, axis=1).max())
     least = apart * plan.spread / 2.0
     if plan.friction < least:
@@ -180,6 +177,43 @@ def _slope(scenario: Scenario, walker: Walker) -> Iterator[Suggestion]:
         )
         change = f'at least {rounded_up(least)}, or ground.sharing = "parallel"'
         yield Suggestion("ground.friction", change, because)
+
+
+def _heel(scenario: Scenario, walker: Walker) -> Iterator[Suggestion]:
+    """Find a heel that is loaded ahead of what carries of it, Eqs. (17) and (22).
+
+    Where both feet are loaded the pressure of the leading one is at B, or beside it across AB;
+    until the foot is flat it has to be on the pad of the heel.
+    """
+    plan, t = walker.plan, _both_loaded(scenario, walker)
+    t = t[plan.fraction(t) < plan.phases.foot_flat]
+    if not len(t):
+        return
+    (A, B), foot = plan.transfer_points(t), plan.feet[LEFT]
+    across = np.abs((B - A)[:, 0] / (B - A)[:, 2]) * (foot.half_breadth - plan.margin)
+    ahead = B[:, 2] - plan.ankles[LEFT, 2] - foot.heel
+    least = float((ahead - across).max()) / foot.length
+    if plan.pad < least:
+        because = (
+            f"before it is flat the leading foot is loaded {1e3 * ahead.max():.0f} mm ahead of its "
+            f"heel, of which {1e3 * plan.pad * foot.length:.0f} mm carry"
+        )
+        if least <= scenario.ground.rule("pad")["range"][1]:
+            change = f"at least {rounded_up(least)}, or ground.loading nearer to the heel"
+            yield Suggestion("ground.pad", change, because)
+        else:
+            yield Suggestion("ground.loading", "places nearer to the heel", because)
+
+
+def _both_loaded(scenario: Scenario, walker: Walker) -> FloatArray:
+    """Return the instants at which both feet have a good part of the load, [s]."""
+    plan, grid = walker.plan, scenario.discretisation
+    n = grid.intervals * grid.dynamics_per_interval
+    t = np.arange(n) * scenario.walk.step_time / n
+    shared = plan.fraction(t) / plan.phases.double_support
+    least_share = scenario.tolerances.load_transfer + _LOADED
+    both = plan.double_support(t) & (shared > least_share) & (shared < 1.0 - least_share)
+    return np.asarray(t[both])
 
 
 def _reach(scenario: Scenario, walker: Walker, basis: Basis) -> Iterator[Suggestion]:

@@ -13,7 +13,8 @@ from human_gait.walk.metabolic import ERROR, ERROR_LARGEST, ERROR_RMS
 MODEL = (
     "The metabolic rate is that of a model of joint torques, made for level walking at 0.7 to "
     f"1.8 m/s: against the oxygen that people take its error is {100.0 * ERROR_RMS:.0f} % (RMS), "
-    f"up to {100.0 * ERROR_LARGEST:.0f} % at single speeds."
+    f"up to {100.0 * ERROR_LARGEST:.0f} % at single speeds. That is the error of walks by the "
+    "formulation human without a load; of others it is not known."
 )
 """What has to stand beside a metabolic number."""
 

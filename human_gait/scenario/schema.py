@@ -144,10 +144,9 @@ class Section:
         return "\n    ".join([f"{type(self).__name__}(", *(f"{each}," for each in shown)]) + "\n)"
 
     def _shown(self, name: str) -> bool:
-        usual = default_of(type(self), name)
-        own = (
-            usual is MISSING or getattr(self, name) != usual or bool(self.rule(name).get("others"))
-        )
+        value, usual = getattr(self, name), default_of(type(self), name)
+        own = usual is MISSING or value != usual or bool(self.rule(name).get("others"))
+        own = own or value != self.usual(name, ALONE)
         return name in self._given and own
 
     @classmethod
@@ -180,7 +179,8 @@ class Section:
         left_out = {name for name in cls.kinds() if name not in table}
         values = cls._whole(given, left_out, errors)
         for name in cls.kinds():
-            if name in left_out - meant and name not in values:
+            needed = name not in values and default_of(cls, name) is MISSING
+            if needed and name in left_out - meant:
                 with gathered(errors):
                     cls._missing(name)
         refuse([*errors, *cls.conflicts(values)] if errors else [])

@@ -36,6 +36,7 @@ STEPS = {  # by how much a limit is moved to tell what it costs
     "rad/s": (np.deg2rad(1.0), "1 deg/s"),
     "of the load": (0.01, "1 % of the load"),
     "body weight": (0.01, "1 % of body weight"),
+    "N m": (1.0, "1 N m"),
     "rad^2": (1e-3, "0.001 rad^2"),
 }
 
@@ -59,7 +60,7 @@ class Influence:
     step : str
         More room that is easy to imagine, such as ``1 mm``.
     saving : float
-        Share of the objective that it would save, to first order; of the effort, Eq. (18), alone
+        Share of the objective that it would save, to first order; of the scenario's own terms
         where rewards of one's own leave nothing of the objective.
     time : float, [s]
         When the bound costs most.

@@ -7,11 +7,20 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from human_gait.scenario import Scenario
+from human_gait.scenario.schema import HUMAN
 from human_gait.values import Value
 from human_gait.walk.gait import Gait, constrained_grid
 from human_gait.walk.gait_file import load_gait
 from human_gait.walk.joint_work import LEG, JointWork, joint_work
-from human_gait.walk.metabolic import ERROR, ERROR_LARGEST, ERROR_RMS, MetabolicRate, metabolic_rate
+from human_gait.walk.metabolic import (
+    ERROR,
+    ERROR_LARGEST,
+    ERROR_RMS,
+    SPEEDS,
+    MetabolicRate,
+    metabolic_rate,
+)
 from human_gait.walk.strain import SpineMoment, StrengthShare, spine_moments, strength_shares
 
 _NEAREST = 5  # axes that are told of those nearest to their strength
@@ -40,6 +49,9 @@ class Energy(Value):
     effort : float, [N^2 m^2 s]
         Integral of the squared muscle torques, Eq. (18) without weights, at the instants that the
         optimiser saw.
+    calibrated : bool
+        Whether the metabolic model was calibrated on walks of this kind: by the formulation
+        ``human``, without a load, at 0.7 to 1.8 m/s. Of others its error is not known.
     """
 
     mass: float
@@ -51,6 +63,7 @@ class Energy(Value):
     spine: tuple[SpineMoment, ...]
     strength: tuple[StrengthShare, ...]
     effort: float
+    calibrated: bool = True
 
     @property
     def positive_work(self) -> float:
@@ -76,6 +89,11 @@ class Energy(Value):
     def metabolic_error(self) -> float:
         """RMS error of the metabolic model, as a share, on the speeds of its calibration."""
         return ERROR_RMS
+
+    @property
+    def error_in_words(self) -> str:
+        """What stands beside a metabolic number."""
+        return ERROR if self.calibrated else "(error not known)"
 
     def per_kg_and_metre(self, of_a_step: float) -> float:
         """Return what a step takes, per kilogram of the body and metre of the way."""
@@ -168,6 +186,17 @@ def energy(result: Gait | str | Path) -> Energy:
         spine_moments(now),
         strength_shares(now, subject),
         effort(gait),
+        _calibrated(gait.scenario),
+    )
+
+
+def _calibrated(scenario: Scenario) -> bool:
+    """Tell whether a walk is of those that the metabolic model was calibrated on."""
+    slowest, fastest = SPEEDS
+    return (
+        scenario.objective.formulation == HUMAN
+        and scenario.load.mass == 0.0
+        and slowest <= scenario.walk.speed <= fastest
     )
 
 
@@ -182,7 +211,7 @@ def headline(found: Energy) -> list[str]:
     rate, extension, nearest = found.metabolic, found.spine[0], found.strength[0]
     up, down = (found.per_kg_and_metre(w) for w in (found.positive_work, found.negative_work))
     lines = {
-        "metabolic cost": f"{found.cost_of_transport:.2f} J/(kg m) {ERROR}, "
+        "metabolic cost": f"{found.cost_of_transport:.2f} J/(kg m) {found.error_in_words}, "
         f"{rate.gross / found.mass:.2f} W/kg, of it standing {rate.standing / found.mass:.2f}",
         "work of the joints": f"{up:+.2f} and {down:+.2f} J/(kg m), "
         f"{found.positive_work:+.1f} and {found.negative_work:+.1f} J in a step",

@@ -46,7 +46,10 @@ ERROR_RMS, ERROR_LARGEST = _MODEL["error_rms"], _MODEL["error_largest"]
 """Error of the model on the data of its calibration, as a share: RMS, and at a single speed."""
 
 ERROR = f"\N{PLUS-MINUS SIGN} {100.0 * ERROR_RMS:.0f} %"
-"""What stands beside a metabolic number."""
+"""The same in words."""
+
+SPEEDS = 0.65, 1.85
+"""Least and greatest speed of level walking that the model is for, [m/s]: those fitted, rounded."""
 
 _ANKLES = [index(f"ankle_dorsiflexion_{side}") for side in SIDES]
 
