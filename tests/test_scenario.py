@@ -702,8 +702,8 @@ SCENARIOS = st.fixed_dictionaries(
         "walk": settings_of(Walk, step_length=st.floats(0.1, 0.76)),
         "phases": settings_of(
             Phases,
-            foot_flat=st.floats(0.01, 0.2),
-            ball_off=st.floats(0.01, 0.2),
+            foot_flat=st.floats(0.01, 0.175),
+            ball_off=st.floats(0.01, 0.175),
             double_support=st.floats(0.2, 0.34),
             mid_swing=st.floats(0.41, 0.99),
             heel_unloading=st.floats(0.41, 0.6),

@@ -154,7 +154,7 @@ def _alone(one: Result) -> str:
         f"{walk.speed:.4g} m/s with steps of {walk.step_length:.4g} m: the {hardest} is "
         f"{peaks[hardest]:.0f} N m, the joints do {work:.0f} J of work in a step, and it costs "
         f"{cost:.1f} J of metabolic energy per kilogram and metre "
-        f"{one.energy.error_in_words}."
+        f"({one.energy.error_in_words})."
     )
 
 

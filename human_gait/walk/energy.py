@@ -93,7 +93,7 @@ class Energy(Value):
     @property
     def error_in_words(self) -> str:
         """What stands beside a metabolic number."""
-        return ERROR if self.calibrated else "(error not known)"
+        return ERROR if self.calibrated else "error not known"
 
     def per_kg_and_metre(self, of_a_step: float) -> float:
         """Return what a step takes, per kilogram of the body and metre of the way."""
@@ -211,7 +211,7 @@ def headline(found: Energy) -> list[str]:
     rate, extension, nearest = found.metabolic, found.spine[0], found.strength[0]
     up, down = (found.per_kg_and_metre(w) for w in (found.positive_work, found.negative_work))
     lines = {
-        "metabolic cost": f"{found.cost_of_transport:.2f} J/(kg m) {found.error_in_words}, "
+        "metabolic cost": f"{found.cost_of_transport:.2f} J/(kg m) ({found.error_in_words}), "
         f"{rate.gross / found.mass:.2f} W/kg, of it standing {rate.standing / found.mass:.2f}",
         "work of the joints": f"{up:+.2f} and {down:+.2f} J/(kg m), "
         f"{found.positive_work:+.1f} and {found.negative_work:+.1f} J in a step",
