@@ -25,6 +25,7 @@ from human_gait.walk.gait_file import (
 )
 
 ONLY_TOLD = {
+    "subject.strength",  # of which nothing is asked in this walk
     "about",
     *(f"solution.{key}" for key in ("solver", "status", "wall_time_s", "success")),
 }

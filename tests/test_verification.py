@@ -482,8 +482,22 @@ def test_values_up_to_the_limit_pass_and_nothing_else():
     assert not dataclasses.replace(check, value=np.nan).passed
 
 
+def person(**changes):
+    """Return the walk as that of somebody whose muscles have an end to their strength."""
+    strong = {"posture.torques": "strength", **changes}
+    return Gait(GAIT.scenario.replace(strong), GAIT.breaks, GAIT.control_points)
+
+
 def test_every_kind_of_check_is_there():
-    assert {check.kind for check in FOUND.values()} == set(Kind)
+    assert {check.kind for check in checks_of(person()).values()} == set(Kind)
+    assert {check.kind for check in FOUND.values()} == set(Kind) - {Kind.STRENGTH}
+
+
+def test_a_walk_takes_a_smaller_share_of_a_stronger_person():
+    found = [checks_of(person(**{"subject.strength": part})) for part in (1.0, 99.0)]
+    weak, strong = (next(c for c in one.values() if c.kind is Kind.STRENGTH) for one in found)
+    assert weak.value > 1.5 * strong.value > 0.0
+    assert weak.limit == strong.limit == 1.0
 
 
 def test_the_checks_of_friction_are_those_whose_limit_is_the_floor():
