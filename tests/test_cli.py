@@ -398,7 +398,7 @@ def test_everything_that_is_wrong_with_a_scenario_is_told_in_a_line_each(capsys,
     Path("bad.toml").write_text("[walk]\nspeed = 9\n[load]\nmass = '3 m'\n\"a\\nb\" = 1\n")
     assert cli.run(["predict", "bad.toml"]) == cli.BAD_INPUT
     lines = capsys.readouterr().err.splitlines()
-    told = [("walk.speed = 9", "3 m/s"), ("walk.step_length", "missing"), ("load.a b", "unknown")]
+    told = [("walk.speed = 9", "3 m/s"), ("load.a b", "unknown")]
     told.append(('load.mass = "3 m"', "a mass is wanted"))
     assert len(lines) == len(told)
     assert all(line.startswith("error: bad.toml: ") for line in lines)
