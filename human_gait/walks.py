@@ -14,7 +14,9 @@ from pathlib import Path
 from human_gait import console
 from human_gait.checks.table import Checks
 from human_gait.exceptions import NoSolutionFound, SolveInterrupted
+from human_gait.problem.balance_rows import TURNING_FRICTION
 from human_gait.problem.own import PathConstraint, RunningCost
+from human_gait.problem.posture_rows import STRENGTH
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.results.names import EXPLANATION, GAIT_CYCLE, SUMMARY, result_files
 from human_gait.results.ours import given_path, our_folder
@@ -224,8 +226,6 @@ def _program(gait: Gait) -> GaitProgram:
     their bounds cost (`own_bounds`).
     """
     program = GaitProgram(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
-    for hold in (GaitProgram.with_friction, GaitProgram.with_strength):
-        held = hold(program)
-        more = {one.name for one in held.constraints} - {one.name for one in program.constraints}
-        program = held if more & gait.multipliers.keys() else program
-    return program
+    if TURNING_FRICTION.name in gait.multipliers:
+        program = program.with_friction()
+    return program.with_strength() if STRENGTH.name in gait.multipliers else program

@@ -106,6 +106,9 @@ MIRROR_INDEX: IntArray = np.array([index(_other_side(name)) for name in DOF_NAME
 MIRROR_SIGN: FloatArray = np.array([_mirror_sign(row) for row in _JOINTS])
 """(55,) sign of a DOF in the mirrored posture (Eq. 26)."""
 
+ANKLES: IntArray = np.array([index(f"ankle_dorsiflexion_{side}") for side in SIDES])
+"""Flexion of the ankles, which have long tendons: right, left."""
+
 
 def mirror(q: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Return the posture, velocity, acceleration or torque seen in a mirror, Eq. (26).

@@ -12,13 +12,11 @@ import numpy as np
 from human_gait.arrays import FloatArray
 from human_gait.body.dh import frames
 from human_gait.body.limits import torque_weights
-from human_gait.body.skeleton import BRANCHES, N_DOF, PRISMATIC, SEGMENTS, SIDES, index
+from human_gait.body.skeleton import ANKLES, BRANCHES, N_DOF, PRISMATIC, SEGMENTS
 from human_gait.walk.gait import Gait, Samples, constrained_grid
 
 ROUNDING = 20.0
 """Of positive and negative power where it is small, [W]."""
-
-_ANKLES = [index(f"ankle_dorsiflexion_{side}") for side in SIDES]
 _MOVES_THORAX = [*BRANCHES["virtual"], *BRANCHES["spine"]]
 _PITCH_ROLL_YAW = [0, 2, 1]  # about x, z and y
 
@@ -57,12 +55,12 @@ def _work(gait: Gait, now: Samples, spacing: FloatArray, dt: float) -> float:
     """Return what the work of the fibres costs, that of the ankles behind their tendons."""
     cost = gait.scenario.objective
     prices = cost.positive_work, cost.negative_work
-    others = np.setdiff1d(np.arange(6, N_DOF), _ANKLES)
+    others = np.setdiff1d(np.arange(6, N_DOF), ANKLES)
     joints = spacing @ _paid(now.active * now.v, *prices)[:, others].sum(axis=1)
     tau, v = (_Pair.of(values, gait) for values in (now.active, now.v))
     stretching = (tau.after - tau.before) / dt / cost.tendon_stiffness
     power = (tau.before + tau.after) / 2.0 * ((v.before + v.after) / 2.0 + stretching)
-    return float(joints + dt * _paid(power, *prices)[:, _ANKLES].sum())
+    return float(joints + dt * _paid(power, *prices)[:, ANKLES].sum())
 
 
 def _paid(P: FloatArray, positive: float, negative: float) -> FloatArray:

@@ -45,8 +45,8 @@ class Engine(Protocol):
 class RecursionEngine:
     """The paper's recursion on the DH table, Eqs. (5)-(13)."""
 
-    def __init__(self, body: Body, ball: str = "foot") -> None:
-        self._body, self._contact = body, body.standing(ball)
+    def __init__(self, body: Body) -> None:
+        self._body = body
 
     def torques(self, motion: Motion, loads: Sequence[ExternalLoad]) -> FloatArray:
         """Return the joint torques (K, 55), [N m] and [N], of K instants under loads."""

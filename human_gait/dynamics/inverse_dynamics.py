@@ -21,7 +21,7 @@ from human_gait.body.person import Body
 from human_gait.body.skeleton import BRANCHES, N_DOF, SEGMENTS, SIDES
 from human_gait.dynamics.jet import Linearised
 from human_gait.dynamics.recursive_lagrangian import inverse_dynamics_derivatives
-from human_gait.dynamics.spatial import cross, cross_force, cross_motion
+from human_gait.dynamics.spatial import cross, cross_force, cross_motion, sum_below
 from human_gait.values import Value
 
 ENGINES = ("pinocchio", "dh")
@@ -183,5 +183,4 @@ def weighted_axes_dq(axes: FloatArray, weights: FloatArray) -> FloatArray:
     """Return d(sum of w_i S_i)/dq_j (K, 6, c) on one chain of joints."""
     S = axes.swapaxes(1, 2)
     moved = S * weights[..., None]
-    below = np.flip(np.cumsum(np.flip(moved, 1), axis=1), 1) - moved
-    return cross_motion(S, below).swapaxes(1, 2)
+    return cross_motion(S, sum_below(moved)).swapaxes(1, 2)

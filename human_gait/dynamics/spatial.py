@@ -69,6 +69,11 @@ def cross_force(m: FloatArray, f: FloatArray) -> FloatArray:
     return np.concatenate([cross(m[..., 3:], f[..., :3]), moment], axis=-1)
 
 
+def sum_below(moved: FloatArray) -> FloatArray:
+    """Return what the joints below each one on a chain add up to, of (K, c, ...)."""
+    return np.asarray(np.flip(np.cumsum(np.flip(moved, 1), axis=1), 1) - moved)
+
+
 def cross(x: FloatArray, y: FloatArray) -> FloatArray:
     """Return the cross product; ``np.cross`` takes four times as long on short axes."""
     a, b, c = x[..., 0], x[..., 1], x[..., 2]

@@ -18,16 +18,16 @@ from typing import NamedTuple
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import N_DOF, SIDES, index
+from human_gait.body.skeleton import ANKLES, N_DOF
 from human_gait.problem.term import UNIT, Term
-from human_gait.walk.adjoint import JOINTS, Adjoint
+from human_gait.walk.adjoint import JOINTS, Adjoint, Image, add_at_next, at_next
 from human_gait.walk.instant import Instants
 
 ROUNDING = 20.0
 """eps, [W]: with 5 W solves with many control points end before they are optimal."""
 
-_ANKLES = np.array([index(f"ankle_dorsiflexion_{side}") for side in SIDES])
-_RIGID = np.setdiff1d(JOINTS, _ANKLES)
+_OTHER = Image(np.array([1, 0]), np.ones(2))  # at T an ankle is as the other one at 0
+_RIGID = np.setdiff1d(JOINTS, ANKLES)
 
 
 class Price(NamedTuple):
@@ -113,8 +113,8 @@ def ankle_work(
         parts = interval * cost.slope * by
         _add(by_torque, parts[0], parts[2], mirrored)
         _add(by_velocity, parts[1], parts[3], mirrored)
-        J = now.muscle_torque.partials[:, _ANKLES]
-        total = (by_torque[:, None, _ANKLES] @ J)[:, 0]
+        J = now.muscle_torque.partials[:, ANKLES]
+        total = (by_torque[:, None, ANKLES] @ J)[:, 0]
         total[:, N_DOF : 2 * N_DOF] += by_velocity
         return float(interval * cost.value.sum()), total
 
@@ -126,7 +126,7 @@ def ankle_work(
         _add(adjoint.torque_second, H[0, 0], H[2, 2], mirrored)
         _add(adjoint.torque_velocity, H[0, 1], H[2, 3], mirrored)
         _add(adjoint.velocity_second, H[1, 1], H[3, 3], mirrored)
-        adjoint.torque_next[: by.shape[1], _ANKLES] += H[0, 2]
+        adjoint.torque_next[: by.shape[1], ANKLES] += H[0, 2]
         # tau with v', v with tau' and v'
         J, J_next = _two(now.muscle_torque.partials, mirrored)
         V, V_next = _two(np.broadcast_to(_VELOCITIES, (len(now.t), *_VELOCITIES.shape)), mirrored)
@@ -146,15 +146,14 @@ _VELOCITIES = np.eye(3 * N_DOF)[N_DOF : 2 * N_DOF]  # partials (55, 165) of the 
 
 def _two(values: FloatArray, mirrored: bool) -> tuple[FloatArray, FloatArray]:
     """Return a quantity (K, 55, ...) of the ankles at instants and at those that follow."""
-    ankles = values[:, _ANKLES]
-    if not mirrored:
-        return ankles[:-1], ankles[1:]
-    return ankles, np.concatenate([ankles[1:], ankles[:1, ::-1]])  # at T: the other ankle at 0
+    ankles = values[:, ANKLES]
+    after = at_next(ankles, mirrored, _OTHER)
+    return ankles[: len(after)], after
 
 
 def _add(total: FloatArray, here: FloatArray, onward: FloatArray, mirrored: bool) -> None:
     """Add what is of the ankles at instants and at those that follow to the total (K, 55)."""
-    total[: len(here), _ANKLES] += here
-    total[1:, _ANKLES] += onward[: len(total) - 1]
-    if mirrored:
-        total[0, _ANKLES[::-1]] += onward[-1]
+    both = np.zeros((len(total), len(ANKLES)))
+    both[: len(here)] += here
+    add_at_next(both, onward, mirrored, _OTHER)
+    total[:, ANKLES] += both

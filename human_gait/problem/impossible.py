@@ -20,6 +20,7 @@ from human_gait.problem.reach import MISSED, Nearest, nearest
 from human_gait.scenario import DofRange, Limits, Scenario
 from human_gait.walk.bspline import Basis
 from human_gait.walk.contact_plan import LEFT
+from human_gait.walk.gait import constrained_grid
 from human_gait.walk.instant import Walker
 
 _PART = 0.1  # of what would help most: a joint that is in the way
@@ -207,9 +208,7 @@ def _heel(scenario: Scenario, walker: Walker) -> Iterator[Suggestion]:
 
 def _both_loaded(scenario: Scenario, walker: Walker) -> FloatArray:
     """Return the instants at which both feet have a good part of the load, [s]."""
-    plan, grid = walker.plan, scenario.discretisation
-    n = grid.intervals * grid.dynamics_per_interval
-    t = np.arange(n) * scenario.walk.step_time / n
+    plan, (t, _) = walker.plan, constrained_grid(scenario)
     shared = plan.fraction(t) / plan.phases.double_support
     least_share = scenario.tolerances.load_transfer + _LOADED
     both = plan.double_support(t) & (shared > least_share) & (shared < 1.0 - least_share)

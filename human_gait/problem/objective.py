@@ -11,12 +11,13 @@ import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.limits import torque_weights
-from human_gait.body.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF
+from human_gait.body.skeleton import N_DOF
+from human_gait.dynamics.jet import Linearised
 from human_gait.problem.fibre_work import ankle_work, joint_work
 from human_gait.problem.steadiness import steady_head, steady_trunk
 from human_gait.problem.term import UNIT, Term
 from human_gait.scenario import Scenario
-from human_gait.walk.adjoint import Adjoint, at_next
+from human_gait.walk.adjoint import Adjoint, add_at_next, at_next
 from human_gait.walk.gait import instant_spacing
 from human_gait.walk.instant import Instants
 
@@ -47,18 +48,7 @@ def squared_torque(weights: FloatArray) -> Term:
     ----------
     weights : (55,) array
     """
-
-    def evaluate(now: Instants, spacing: FloatArray) -> tuple[float, FloatArray]:
-        tau, weight = now.muscle_torque, np.multiply.outer(spacing, weights)
-        value = float(np.sum(weight * tau.value**2))
-        return value, np.einsum("ki,kis->ks", 2.0 * weight * tau.value, tau.partials)
-
-    def add_to_adjoint(now: Instants, spacing: FloatArray, factor: float, adjoint: Adjoint) -> None:
-        weight = 2.0 * np.multiply.outer(factor * spacing, weights)
-        adjoint.torque[:] += weight * now.muscle_torque.value
-        adjoint.torque_second[:] += weight
-
-    return Term("squared torque", UNIT, "18", evaluate, add_to_adjoint)
+    return _squares("squared torque", "18", weights, "muscle_torque", ("torque", "torque_second"))
 
 
 def squared_passive_torque(weights: FloatArray) -> Term:
@@ -71,18 +61,31 @@ def squared_passive_torque(weights: FloatArray) -> Term:
     ----------
     weights : (55,) array
     """
+    slopes = "passive", "passive_second"
+    return _squares("squared passive torque", "", weights, "passive_torque", slopes)
+
+
+def _squares(
+    name: str, equation: str, weights: FloatArray, torque: str, slopes: tuple[str, str]
+) -> Term:
+    """Return the integral of squares of one of the torques (55,) that are known at instants.
+
+    `slopes` are the derivatives by it, first and second, in the adjoint.
+    """
 
     def evaluate(now: Instants, spacing: FloatArray) -> tuple[float, FloatArray]:
-        p, weight = now.passive_torque, np.multiply.outer(spacing, weights)
-        value = float(np.sum(weight * p.value**2))
-        return value, np.einsum("ki,kis->ks", 2.0 * weight * p.value, p.partials)
+        tau: Linearised = getattr(now, torque)
+        weight = np.multiply.outer(spacing, weights)
+        value = float(np.sum(weight * tau.value**2))
+        return value, np.einsum("ki,kis->ks", 2.0 * weight * tau.value, tau.partials)
 
     def add_to_adjoint(now: Instants, spacing: FloatArray, factor: float, adjoint: Adjoint) -> None:
         weight = 2.0 * np.multiply.outer(factor * spacing, weights)
-        adjoint.passive[:] += weight * now.passive_torque.value
-        adjoint.passive_second[:] += weight
+        first, second = (getattr(adjoint, slope) for slope in slopes)
+        first += weight * getattr(now, torque).value
+        second += weight
 
-    return Term("squared passive torque", UNIT, "", evaluate, add_to_adjoint)
+    return Term(name, UNIT, equation, evaluate, add_to_adjoint)
 
 
 def squared_torque_rate(weights: FloatArray, interval: float, mirrored: bool = True) -> Term:
@@ -114,9 +117,7 @@ def squared_torque_rate(weights: FloatArray, interval: float, mirrored: bool = T
         slope = 2.0 * weights * differences(now) / interval
         by = np.zeros_like(now.q)
         by[: len(slope)] -= slope
-        by[1:] += slope[: len(by) - 1]
-        if mirrored:
-            by[0, MIRROR_INDEX] += MIRROR_SIGN * slope[-1]
+        add_at_next(by, slope, mirrored)
         return by
 
     def evaluate(now: Instants, _: FloatArray) -> tuple[float, FloatArray]:

@@ -13,8 +13,7 @@ import numpy as np
 from human_gait.arrays import FloatArray, IntArray
 from human_gait.body.skeleton import BRANCHES, N_DOF
 from human_gait.dynamics.inverse_dynamics import symmetric
-from human_gait.dynamics.second_derivatives import StateHessian
-from human_gait.dynamics.spatial import cross
+from human_gait.dynamics.spatial import cross, sum_below
 from human_gait.problem.term import UNIT, Term
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.instant import Instants
@@ -47,7 +46,7 @@ def steady_trunk(weights: FloatArray) -> Term:
         omega, rows = _angular_velocity(now)
         twice = 2.0 * factor * by_axis * spacing[:, None]
         adjoint.products.append((twice[..., None] / 2.0 * rows, rows))
-        adjoint.motion_second.append(_of_angular_velocity(now, twice * omega))
+        _add_angular_velocity(now, twice * omega, adjoint)
 
     return Term("unsteady trunk", UNIT, "", evaluate, add_to_adjoint)
 
@@ -95,28 +94,20 @@ def _angular_velocity(now: Instants) -> tuple[FloatArray, FloatArray]:
     w, v = _axes(now, TRUNK), now.v[:, TRUNK]
     moved = w * v[..., None]
     partials = np.zeros((len(v), 3, 3 * N_DOF))
-    partials[:, :, TRUNK] = cross(w, _below(moved)).swapaxes(1, 2)
+    partials[:, :, TRUNK] = cross(w, sum_below(moved)).swapaxes(1, 2)
     partials[:, :, N_DOF + TRUNK] = w.swapaxes(1, 2)
     return moved.sum(axis=1), partials
 
 
-def _of_angular_velocity(now: Instants, weights: FloatArray) -> StateHessian:
-    """Return the second derivatives of weights (K, 3) times the angular velocity of the thorax.
+def _add_angular_velocity(now: Instants, weights: FloatArray, adjoint: Adjoint) -> None:
+    """Add the second derivatives of weights (K, 3) times the angular velocity of the thorax.
 
     By q_i and q_j, i above or at j: (w_i x (w_j x what turns below j)); by q_i and v_j, i above j:
     w_i x w_j.
     """
     w, v = _axes(now, TRUNK), now.v[:, TRUNK]
-    turned = cross(w, _below(w * v[..., None]))
+    turned = cross(w, sum_below(w * v[..., None]))
     sides = cross(weights[:, None], w)  # a (w_i x b) = (a x w_i) b
-    zero = np.zeros((len(v), N_DOF, N_DOF))
-    qq, qv = zero.copy(), zero.copy()
     chain = TRUNK[:, None], TRUNK
-    qq[:, chain[0], chain[1]] = symmetric(sides @ turned.swapaxes(1, 2))
-    qv[:, chain[0], chain[1]] = np.triu(sides @ w.swapaxes(1, 2), 1)
-    return StateHessian(qq, qv, zero, zero)
-
-
-def _below(moved: FloatArray) -> FloatArray:
-    """Return what the joints below each one on the chain add up to, (K, c, 3)."""
-    return np.flip(np.cumsum(np.flip(moved, 1), axis=1), 1) - moved
+    adjoint.posture_second[:, *chain] += symmetric(sides @ turned.swapaxes(1, 2))
+    adjoint.posture_velocity[:, *chain] += np.triu(sides @ w.swapaxes(1, 2), 1)

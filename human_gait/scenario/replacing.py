@@ -51,7 +51,7 @@ def departing(whole: Section, about: About) -> dict[str, Any]:
     for name in whole.sections():
         section: Section = getattr(whole, name)
         for key in section.kinds():
-            if section.usual(key, about) == getattr(section, key):
+            if section.follows(key, about):
                 table[name].pop(key, None)
     return table
 

@@ -192,6 +192,10 @@ class Section:
         others = {key: getattr(self, key) for key in self.kinds() if key != name}
         return self.defaults(others, about).get(name, MISSING)
 
+    def follows(self, name: str, about: About) -> bool:
+        """Tell whether a setting would be the same if it were left out."""
+        return bool(self.usual(name, about) == getattr(self, name))
+
     @classmethod
     def conflicts(cls, _values: Mapping[str, Any]) -> Iterable[ScenarioError]:
         """Return what does not fit together among the values that are right by themselves."""

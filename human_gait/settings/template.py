@@ -103,7 +103,7 @@ def _section(scenario: Scenario, name: str) -> Iterator[str]:
     for setting in settings:
         yield ""
         if setting.key in table:
-            as_usual = section.usual(setting.key, scenario.about) == getattr(section, setting.key)
+            as_usual = section.follows(setting.key, scenario.about)
             yield from _setting(setting, as_text(table.pop(setting.key)), as_usual)
         else:  # it stands for every key that is left
             yield from _setting(setting, "", as_usual=True)

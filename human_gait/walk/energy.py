@@ -11,7 +11,7 @@ from human_gait.scenario import Scenario
 from human_gait.scenario.schema import HUMAN
 from human_gait.values import Value
 from human_gait.walk.gait import Gait, constrained_grid
-from human_gait.walk.gait_file import load_gait
+from human_gait.walk.gait_file import gait_of
 from human_gait.walk.joint_work import LEG, JointWork, joint_work
 from human_gait.walk.metabolic import (
     ERROR,
@@ -174,7 +174,7 @@ def energy(result: Gait | str | Path) -> Energy:
     ResultError
         If there is no gait that can be read.
     """
-    gait = result if isinstance(result, Gait) else load_gait(result)
+    gait = gait_of(result)
     now, subject = gait.fine_samples, gait.scenario.subject
     return Energy(
         subject.mass,

@@ -23,7 +23,7 @@ from human_gait.dynamics.inverse_dynamics import (
     InverseDynamics,
     symmetric,
 )
-from human_gait.dynamics.spatial import cross
+from human_gait.dynamics.spatial import cross, sum_below
 from human_gait.values import Value
 
 
@@ -128,7 +128,7 @@ class Feet:
             J[:, -1] = 0.0  # the toe joint does not move the rear foot
         moved = J * speed[..., None]
         turned = np.cumsum(angular * speed[..., None], axis=1)  # joints above and at j
-        below = np.flip(np.cumsum(np.flip(moved, 1), axis=1), 1) - moved  # joints below j
+        below = sum_below(moved)
         dv = cross(turned, J) + cross(angular, below)
         if not on_toes:
             dv[:, -1] = 0.0

@@ -26,6 +26,8 @@ from human_gait.body import skeleton
 from human_gait.body.dh import DHTable, frames
 from human_gait.exceptions import ResultError
 from human_gait.results.reading import read_text
+from human_gait.walk.joint_work import joint_power
+from human_gait.walk.strain import L5S1
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
@@ -74,9 +76,9 @@ _FURTHER_MOMENTS: Signed = {
     "toe_flexion_Nm_per_kg": ("toe_extension_r", -1.0),
 }
 _TRUNK: Signed = {
-    "L5S1_extension_Nm_per_kg": ("spine1_flexion", -1.0),
-    "L5S1_bending_right_Nm_per_kg": ("spine1_lateral", 1.0),
-    "L5S1_rotation_left_Nm_per_kg": ("spine1_rotation", 1.0),
+    "L5S1_extension_Nm_per_kg": L5S1["extension"],
+    "L5S1_bending_right_Nm_per_kg": L5S1["lateral bending"],
+    "L5S1_rotation_left_Nm_per_kg": L5S1["rotation"],
 }
 # Column: degrees of freedom whose powers it adds up.
 _POWERS: Mapping[str, tuple[str, ...]] = {
@@ -148,7 +150,7 @@ def gait_cycle(gait: Gait) -> dict[str, FloatArray]:
     """
     now = gait.instants(gait.step_time * (1.0 + PERCENT / 50.0))
     mass = gait.body.subject.mass
-    q, tau, power = np.rad2deg(now.q), now.tau / mass, now.tau * now.v / mass
+    q, tau, power = np.rad2deg(now.q), now.tau / mass, joint_power(now) / mass
     force = now.grf / (mass * skeleton.GRAVITY)
     left = {
         **_signed(_LEG_ANGLES, q, "l"),

@@ -191,6 +191,7 @@ class Walker:
         weights = adjoint.torque, adjoint.ground[:, :6]
         qq, qv, qa, vv = self._curvature.hessian((now.q, now.v, now.a), dynamics.axes, *weights)
         qq += own + adjoint.posture_second
+        qv += adjoint.posture_velocity
         if self._passive:
             qq += self._passive.hessian(now.q, adjoint.passive - adjoint.torque)
         if self._carried:
@@ -204,19 +205,11 @@ class Walker:
         hessian = StateHessian(qq, qv, qa, vv)
         if adjoint.passive_second.any():
             _add_passive(now, adjoint.passive_second, hessian)
-        for part in adjoint.motion_second:
-            for block, added in zip(hessian, part, strict=True):
-                np.add(block, added, out=block)
         y = now.ground.variables.partials
         half = adjoint.ground_second @ y / 2
         half[:, :, :N_DOF] += mixed.swapaxes(1, 2)
         if of_lean:
-            k = of_lean.k
-            by_q, by_v, by_a = np.split(of_lean.by_posture, 3, axis=2)
-            half[k] += of_lean.left
-            qq[k] += by_q + by_q.swapaxes(1, 2)
-            qv[k] += by_v
-            qa[k] += by_a
+            of_lean.add_to(half, hessian)
         left = np.concatenate([half, *(B for B, _ in adjoint.products)], axis=1)
         right = np.concatenate([y, *(C for _, C in adjoint.products)], axis=1)
         by = adjoint.torque_second, adjoint.torque_next, adjoint.torque_velocity

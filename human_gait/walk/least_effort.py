@@ -40,6 +40,7 @@ from human_gait.dynamics.inverse_dynamics import (
     load_torques_dq,
 )
 from human_gait.dynamics.jet import Jet, Linearised, stack
+from human_gait.dynamics.second_derivatives import StateHessian
 from human_gait.walk.adjoint import Adjoint
 from human_gait.walk.contact_plan import LEFT, RIGHT, ContactPlan
 from human_gait.walk.ground_reaction import (
@@ -98,6 +99,14 @@ class LeanHessian(NamedTuple):
     k: IntArray
     left: FloatArray
     by_posture: FloatArray
+
+    def add_to(self, left: FloatArray, direct: StateHessian) -> None:
+        """Add to the B (K, 7, 165) of all instants and to their direct second derivatives."""
+        by_q, by_v, by_a = np.split(self.by_posture, 3, axis=2)
+        left[self.k] += self.left
+        direct.qq[self.k] += by_q + by_q.swapaxes(1, 2)
+        direct.qv[self.k] += by_v
+        direct.qa[self.k] += by_a
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ import numpy as np
 
 from human_gait import data
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import GRAVITY, SIDES, index, mirror
+from human_gait.body.skeleton import ANKLES, GRAVITY, mirror
 
 if TYPE_CHECKING:
     from human_gait.scenario import Subject
@@ -50,8 +50,6 @@ ERROR = f"\N{PLUS-MINUS SIGN} {100.0 * ERROR_RMS:.0f} %"
 
 SPEEDS = 0.65, 1.85
 """Least and greatest speed of level walking that the model is for, [m/s]: those fitted, rounded."""
-
-_ANKLES = [index(f"ankle_dorsiflexion_{side}") for side in SIDES]
 
 
 @dataclass(frozen=True)
@@ -121,5 +119,5 @@ def fibre_work(now: Samples, tendon: float) -> FloatArray:
     """
     tau = np.concatenate([now.active, mirror(now.active[:1])])
     turn = np.diff(now.q, axis=0, append=now.q[-1:])
-    turn[:, _ANKLES] += np.diff(tau[:, _ANKLES], axis=0) / tendon
+    turn[:, ANKLES] += np.diff(tau[:, ANKLES], axis=0) / tendon
     return np.asarray((tau[1:] + tau[:-1]) / 2 * turn)
