@@ -14,6 +14,10 @@ from walking import guessed_gait
 import human_gait as hg
 from human_gait.checks.contents import COST, OWN_COST
 from human_gait.cli import run
+from human_gait.problem.balance_rows import TURNING_FRICTION
+from human_gait.problem.constraints import LIMITS
+from human_gait.problem.posture_rows import STRENGTH
+from human_gait.problem.program import build_program
 from human_gait.results.names import EXPLANATION, GAIT_CYCLE, GAIT_FILE, SUMMARY
 
 GAIT = guessed_gait(18.0)
@@ -234,6 +238,24 @@ def saved(walk, tmp_path_factory):
 def test_progress_is_told_to_a_function(walk, told):
     assert [now.number for now in told] == list(range(1, len(told) + 1))
     assert told[-1].cost == pytest.approx(walk.solution["cost"], rel=0.1)
+
+
+@pytest.mark.parametrize("held", [(), ("friction",), ("strength",), ("friction", "strength")])
+def test_a_saved_gait_tells_what_it_was_held_by(tmp_path, held):
+    """Its problem is the one that it solved: rows of friction and strength are there if it was."""
+    program = build_program(GAIT.scenario)
+    for way in held:
+        program = program.with_friction() if way == "friction" else program.with_strength()
+    prices = {one.name: np.zeros(len(one.lower)) for one in program.constraints}
+    prices[LIMITS.name] = np.zeros(GAIT.free.shape)
+    rows = {TURNING_FRICTION.name, STRENGTH.name} & prices.keys()
+    for name in rows:
+        prices[name][3] = 1e4
+    solution = {"solver": "newton", "status": "optimal", "cost": 1e3}
+    gait = dataclasses.replace(GAIT, multipliers=prices, solution=solution)
+    told = json.loads((gait.save(tmp_path / "walk") / EXPLANATION).read_text())
+    assert {one["constraint"] for one in told["shapes"]} == rows
+    assert len(rows) == len(held)
 
 
 @pytest.mark.solve
