@@ -8,10 +8,12 @@ from rich.console import Console
 from test_reference import as_cycle, by_name
 
 from human_gait.exceptions import ResultError
-from human_gait.people.comparison import compare_cycle, save_comparison
+from human_gait.people.comparison import compare, compare_cycle, save_comparison
 from human_gait.people.comparison_table import comparison_table
 from human_gait.people.pictures import PANELS, compare_figure
-from human_gait.people.reference import references_near
+from human_gait.people.reference import references_near, tuned_on
+from human_gait.problem.program import build_program
+from human_gait.scenario import load_scenario
 from human_gait.walk.gait_cycle import COLUMNS, PERCENT
 
 
@@ -126,3 +128,15 @@ def test_what_is_no_walk_says_so_wherever_it_is_compared(tmp_path):
     save_comparison(compared(), tmp_path)
     assert json.loads((tmp_path / "compare.json").read_text())["no_walk"] is None
     assert "no walk" not in str(compared())
+
+
+@pytest.mark.parametrize("name", ["preferred", "paper-preferred"])
+def test_a_comparison_says_which_curves_had_a_say_in_the_walk(name):
+    """Of the human formulation sizes are calibrated on people; of those before none is."""
+    scenario = load_scenario(name)
+    program = build_program(scenario)
+    told = str(compare(program.gait(program.guess())))
+    assert ("calibrated on the curves of Falisse et al." in told) == (name == "preferred")
+    assert ("No measured curve enters the prediction" in told) == (name == "paper-preferred")
+    both = tuned_on(scenario, load_scenario("preferred"))
+    assert both == tuned_on(load_scenario("preferred"))

@@ -14,7 +14,7 @@ from rich.table import Table
 from human_gait.exceptions import ResultError
 from human_gait.people.comparison_table import comparison_table
 from human_gait.people.pictures import compare_figure
-from human_gait.people.reference import Cycle, Reference, Score, references_near, scores
+from human_gait.people.reference import Cycle, Reference, Score, references_near, scores, tuned_on
 from human_gait.people.spatiotemporal import StepScore, step_scores
 from human_gait.results.names import (
     COMPARISON,
@@ -48,6 +48,8 @@ class Comparison(Value):
     step_scores : tuple of StepScore
     no_walk : str
         Why what was compared is no walk, in a sentence; empty for a walk.
+    tuned_on : str
+        Which measured curves had a say in the walk, in a sentence; empty where nobody knows.
     gait : str
         The digest of what was compared.
     """
@@ -59,6 +61,7 @@ class Comparison(Value):
     scores: tuple[Score, ...]
     step_scores: tuple[StepScore, ...]
     no_walk: str = ""
+    tuned_on: str = ""
     gait: str = ""
 
     def __str__(self) -> str:
@@ -114,7 +117,8 @@ def compare_gait(gait: Gait, source: str) -> Comparison:
     """
     walk = gait.scenario.walk
     found = compare_cycle(gait_cycle(gait), walk.speed, walk.step_length, source)
-    return replace(found, no_walk=no_walk(gait), gait=gait_digest(gait))
+    tuned = tuned_on(gait.scenario)
+    return replace(found, no_walk=no_walk(gait), tuned_on=tuned, gait=gait_digest(gait))
 
 
 def compare_to_folder(folder: str | Path) -> Table:
@@ -175,6 +179,7 @@ def _plain(comparison: Comparison) -> dict[str, Any]:
     """Return the scores as JSON knows them; an undefined correlation will be null."""
     return {
         "no_walk": comparison.no_walk or None,
+        "tuned_on": comparison.tuned_on or None,
         "walking_speed_m_per_s": comparison.speed,
         "step_length_m": comparison.step_length,
         "references": [_source(reference) for reference in comparison.references],

@@ -42,6 +42,7 @@ def comparison_table(comparison: Comparison) -> Table:
                 _UNITS,
                 *map(_extent, comparison.references),
                 *map(_sentence, comparison.step_scores),
+                *filter(None, [comparison.tuned_on]),
             ]
         ),
         caption_justify="left",

@@ -22,6 +22,8 @@ import numpy as np
 from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.exceptions import ResultError
+from human_gait.scenario import Scenario
+from human_gait.scenario.schema import HUMAN
 from human_gait.values import Value
 from human_gait.walk.gait_cycle import COLUMNS
 
@@ -116,6 +118,16 @@ class Score(Value):
 
 
 @cache
+def tuned_on(*scenarios: Scenario) -> str:
+    """Return in a sentence which measured curves had a say in walks, and so do not test them."""
+    if all(scenario.objective.formulation != HUMAN for scenario in scenarios):
+        return "No measured curve enters the prediction."
+    return (
+        "No measured motion is followed. Some sizes of the formulation human are calibrated on the "
+        "curves of Falisse et al. and Fukuchi et al. at 1.2 m/s, which do not test it."
+    )
+
+
 def references() -> tuple[Reference, ...]:
     """Return all measured curves that have a counterpart in the gait cycle."""
     return tuple(_reference(row) for row in data.rows("measured/sources", __package__))

@@ -18,7 +18,7 @@ import tomli_w
 from jinja2 import Environment, StrictUndefined
 
 from human_gait.exceptions import ResultError
-from human_gait.people.reference import references_near
+from human_gait.people.reference import references_near, tuned_on
 from human_gait.playback.page import page_marks, page_of
 from human_gait.playback.still import still_address
 from human_gait.reporting import (
@@ -116,6 +116,7 @@ def _view(results: Sequence[Result]) -> dict[str, Any]:
         **page_marks(gaits),
         "results": results,
         "no_walk": no_walk,
+        "tuned_on": tuned_on(*(gait.scenario for gait in gaits)),
         "title": ", ".join(labels),
         "tables": tables,
         "check_tables": check_tables,
