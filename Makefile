@@ -7,7 +7,8 @@
 # make figures    draw figures 7 to 12 of the paper -> out/figures/, and out/figures-paper/ by the
 #                 formulation of the paper, from the results in out/ (make scenarios)
 # make urdf       write urdf/human.urdf anew
-# make bench      measure the speed of the solvers -> out/bench/, some hours; goes on if stopped
+# make bench      measure the speed, beside an older version -> out/bench/, under half an hour
+#                 (make bench ROUNDS=1: some minutes)
 # make test       run the tests, with coverage
 # make check      lint, format, types, import rules and tests
 # make docs       these pages and all of docs/ as a site -> build/docs/index.html; no server needed
@@ -28,6 +29,7 @@ CONSTRAINTS := .ci/constraints.txt
 DIR ?= out/normal
 BACKPACKS := backpack-0 backpack-20 backpack-40
 SCENARIOS := $(basename $(notdir $(wildcard scenarios/*.toml)))
+ROUNDS ?= 7
 PYTHONS ?= python3.11 python3.12 python3.13
 
 # Packages of other environments (ROS sets PYTHONPATH) must not mix with those of .venv.
@@ -55,12 +57,14 @@ help:
 
 setup: $(RUN)
 
-$(RUN): pyproject.toml $(CONSTRAINTS)
+$(RUN): pyproject.toml $(CONSTRAINTS) human_gait/kernel/kernel.cpp .ci/build_kernel.py
 	@sh .ci/find_python $(BIN)/python >/dev/null 2>&1 || { \
 	    python=$$(sh .ci/find_python) && \
 	    echo "setup: making .venv with $$python" && \
 	    "$$python" -m venv --clear .venv; }
 	$(call install,.,what the commands need (1.6 GB))
+	@test -e human_gait/kernel/kernel.library || \
+	    echo "setup: no C++ compiler was found: everything works, but solving takes longer"
 
 $(TEST): $(RUN)
 	$(call install,.[test],the tools of the tests (0.8 GB more))
@@ -91,8 +95,7 @@ urdf: setup
 	@$(BIN)/human-gait urdf --out urdf/human.urdf
 
 bench: $(TEST)
-	@$(BIN)/python benchmarks/speed.py --out out/bench
-	@$(BIN)/python benchmarks/evaluation.py --out out/bench
+	@$(BIN)/python -m benchmarks.speed --rounds $(ROUNDS) --out out/bench
 
 test: $(TEST)
 	@$(BIN)/pytest -n auto --dist loadfile --no-loadscope-reorder --cov --cov-report term

@@ -20,6 +20,7 @@ import casadi
 import numpy as np
 
 from human_gait.arrays import FloatArray, IntArray
+from human_gait.newton.matrix import matrix_of
 from human_gait.newton.nonlinear_program import Duals, End, NonlinearProgram
 
 Evaluate = Callable[[Sequence[FloatArray | None], Sequence[FloatArray | None]], None]
@@ -104,8 +105,9 @@ class _Oracle:
     def _hessian(self, given: Sequence[Any], wanted: Sequence[Any]) -> None:
         x, _, factor, multipliers = given
         if wanted[0] is not None:
-            second = self.problem.hessian(x, float(factor[0]), multipliers)
-            wanted[0][self._hessian_place] = second[np.triu_indices(len(x))]
+            second = self.problem.hessian(x, float(factor[0]), multipliers, 0.0 * multipliers)
+            upper = matrix_of(second).dense()[np.triu_indices(len(x))]
+            wanted[0][self._hessian_place] = upper
 
 
 class _Function(casadi.Callback):

@@ -2,14 +2,14 @@
 //
 //     second_derivatives JOINTS STATES ROUNDS
 //
-// JOINTS is a text file with the gravity and the joints of a model, written by evaluation.py. All
+// JOINTS is a text file with the gravity and the joints of a model, written by limit.py. All
 // is done ROUNDS times at STATES random states near zero. Prints JSON: the medians over the rounds
-// of the time per state in microseconds, and the sum of the torques at one state, to compare with
-// Pinocchio in Python.
+// of the CPU time per state in microseconds, and the sum of the torques at one state, to compare
+// with Pinocchio in Python.
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
@@ -64,16 +64,15 @@ pinocchio::Model model_of(const std::string &path) {
     return model;
 }
 
-// The median over the rounds of the time per state; the first round only warms up.
+// The median over the rounds of the CPU time per state; the first round only warms up.
 template <typename Function>
 double microseconds(const std::vector<State> &states, int rounds, Function evaluate) {
     std::vector<double> each;
     for (int round = 0; round <= rounds; ++round) {
-        const auto start = std::chrono::steady_clock::now();
+        const std::clock_t start = std::clock();
         for (const State &state : states) evaluate(state);
-        const std::chrono::duration<double, std::micro> spent =
-            std::chrono::steady_clock::now() - start;
-        if (round) each.push_back(spent.count() / states.size());
+        const double spent = 1e6 * (std::clock() - start) / CLOCKS_PER_SEC;
+        if (round) each.push_back(spent / states.size());
     }
     std::sort(each.begin(), each.end());
     return each[each.size() / 2];

@@ -36,6 +36,7 @@ __all__ = [
     "PathConstraint",
     "Phases",
     "Posture",
+    "Predictor",
     "ResultError",
     "Rows",
     "RunningCost",
@@ -85,6 +86,7 @@ if TYPE_CHECKING:
     from human_gait.people.comparison import Comparison, compare
     from human_gait.playback.film import film
     from human_gait.playback.page import play
+    from human_gait.predictor import Predictor
     from human_gait.problem.drake import bspline_trajectory, offer_hessian
     from human_gait.problem.own import Motion, PathConstraint, Rows, RunningCost
     from human_gait.problem.program import GaitProgram, build_program
@@ -139,6 +141,7 @@ else:
         "PathConstraint": "problem.own",
         "Phases": "scenario",
         "Posture": "scenario",
+        "Predictor": "predictor",
         "ResultError": "exceptions",
         "Rows": "problem.own",
         "RunningCost": "problem.own",

@@ -29,6 +29,7 @@ __all__ = ["Artist", "Axes", "Circle", "Figure", "Line2D", "Patch", "Picture", "
 FONT = Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
 """The font that matplotlib brings along: the same everywhere."""
 
+_PACKED = 3  # of 9: quicker than 6, and an eighth larger
 SOURCE = "human_gait"
 """What the metadata of a picture name as its source."""
 
@@ -75,9 +76,9 @@ class Picture(Figure):
         dpi: float = 100.0,
         layout: Literal["constrained"] | None = None,
     ) -> None:
-        self._style, self._dots = dict(_in_force.get() or {}), dpi
+        self._style = dict(_in_force.get() or {})
         with plain(self._style):
-            super().__init__(figsize=(width, height), layout=layout)
+            super().__init__(figsize=(width, height), dpi=dpi, layout=layout)
         FigureCanvasAgg(self)
 
     def draw(self, renderer: Any) -> None:
@@ -88,12 +89,18 @@ class Picture(Figure):
     def savefig(self, fname: Any, **options: Any) -> None:
         """Write it, in its own style, as PNG unless the name or an option says otherwise."""
         with plain(self._style):
-            super().savefig(fname, **({"dpi": self._dots} | options))
+            super().savefig(fname, **options)
 
     def png(self, about: Mapping[str, str] | None = None) -> bytes:
-        """Return it as the content of a PNG file, which tells its source and what else is given."""
+        """Return it as the content of a PNG file, which tells its source and what else is given.
+
+        Drawn once: matplotlib would draw a figure whose parts it arranges once more beforehand.
+        """
         content = BytesIO()
-        self.savefig(content, format="png", metadata={"Source": SOURCE, **(about or {})})
+        with plain(self._style):
+            canvas: Any = FigureCanvasAgg(self)
+            told = {"Source": SOURCE, **(about or {})}
+            canvas.print_png(content, metadata=told, pil_kwargs={"compress_level": _PACKED})
         return content.getvalue()
 
     def _repr_png_(self) -> bytes:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from importlib.metadata import version
 from typing import Annotated
 
 import typer
@@ -37,6 +36,8 @@ app = typer.Typer(
 def show_version(wanted: bool) -> None:
     """Print the version and stop, if wanted."""
     if wanted:
+        from importlib.metadata import version  # noqa: PLC0415, --help does without
+
         say(f"human-gait {version('human-gait')}")
         raise typer.Exit
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
 
 from human_gait.stopping import JOB_SIGNALS, heed_for_good
+
+_OBJECTS = 100_000
+"""New objects after which Python looks for garbage: imports make as many, and none is garbage."""
 
 
 def main() -> None:
@@ -18,6 +22,7 @@ def main() -> None:
         code = _interrupted()
     for number in JOB_SIGNALS:  # all is done
         signal.signal(number, signal.SIG_IGN)
+    gc.freeze()  # it all ends here: Python would look for garbage in it, for a quarter of a second
     sys.exit(code)
 
 
@@ -33,6 +38,7 @@ def ended() -> int:
     from human_gait.terminal import complain  # noqa: PLC0415
 
     process_is_ours()
+    gc.set_threshold(_OBJECTS)
     sys.stdout, sys.stderr = outlet(sys.stdout), outlet(sys.stderr)
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")

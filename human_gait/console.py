@@ -19,7 +19,7 @@ from human_gait.results.explanation import diagnosis_text
 from human_gait.scenario import Scenario
 from human_gait.settings.departures import departures
 from human_gait.solving.starts import GIVEN, OWN_GUESS, WARM, Attempt
-from human_gait.solving.summary import diagnosis_content
+from human_gait.solving.summary import diagnosis_content, spread
 from human_gait.solving.watch import Iterate
 from human_gait.stopping import under_way
 from human_gait.terminal import one_line, screen
@@ -70,7 +70,7 @@ def progress() -> Iterator[Tell]:
 
     def begin(start: str, show: Callable[[Iterate], None]) -> Callable[[Iterate], None]:
         if start not in (OWN_GUESS, GIVEN, WARM):
-            console.print(f"no walk yet; next start: {start}")
+            console.print(f"next start: {start}")
         return show
 
     if not console.is_terminal:
@@ -106,6 +106,8 @@ def show_outcome(kept: Attempt, attempts: list[Attempt], folder: Path, gait: Gai
     """
     _show_table(kept.checks)
     for line in headline(energy(gait)) if kept.success else ():
+        screen().print(line, soft_wrap=True)
+    for line in _spread(kept, attempts):
         screen().print(line, soft_wrap=True)
     show(_verdict(kept, attempts, folder))
     if not kept.success:
@@ -168,6 +170,16 @@ def _check_table(checks: list[Check]) -> Table:
     return table
 
 
+def _spread(kept: Attempt, attempts: list[Attempt]) -> list[str]:
+    """Return how far the costs of several walks differ, in one line; nothing of a single one."""
+    found = spread(attempts)
+    if found["walks"] < 2:
+        return []
+    apart = f"their costs differ by {100 * found['cost_spread']:.2g} %"
+    kept_one = f"the cheapest is kept, from: {kept.start}"
+    return [f"{found['walks']} walks of {len(attempts)} starts: {apart}; {kept_one}"]
+
+
 def _verdict(kept: Attempt, attempts: list[Attempt], folder: Path) -> str:
     """Return how it ended, in one line; the solver's own word only where there is no walk."""
     solution, outcome = kept.solution, "found a walk" if kept.success else "found no walk"
@@ -176,7 +188,7 @@ def _verdict(kept: Attempt, attempts: list[Attempt], folder: Path) -> str:
     seconds = sum(attempt.solution.wall_time for attempt in attempts)
     said = [] if kept.success else [solution.status]
     if len(attempts) > 1:
-        which = "the last one" if kept.success else "the best"
+        which = "the last one" if kept is attempts[-1] else "the best"
         said.append(f"{len(attempts)} starts, {which}: {kept.start}")
     over = under_way().over
     said += [over] if over and over not in said and not kept.success else []

@@ -12,9 +12,9 @@ import signal
 import sys
 import tempfile
 import traceback
+from collections.abc import Iterable
 from contextlib import suppress
 from importlib.machinery import ModuleSpec, PathFinder
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from human_gait.exceptions import GaitError
@@ -110,6 +110,19 @@ def environment_fault(error: BaseException) -> str:
     return ""
 
 
+def check_packages(names: Iterable[str]) -> None:
+    """See, before they are imported, that packages are there, and of this environment.
+
+    Raises
+    ------
+    ImportError
+        If one is not; `failed` tells the remedy.
+    """
+    for name in names:
+        if _spec(name) is None or _foreign(name):
+            raise ImportError(f"{name} cannot be imported", name=name)
+
+
 def _top(name: str | None) -> str:
     return (name or "").partition(".")[0]
 
@@ -145,6 +158,8 @@ def _pip(what: str) -> str:
 
 def _report(error: BaseException) -> str:
     """Return all that is needed to find the reason."""
+    from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415, hardly ever
+
     versions = [f"python {platform.python_version()}", platform.platform()]
     for package in ("human-gait", *PACKAGES.values()):
         with suppress(PackageNotFoundError):

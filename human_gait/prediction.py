@@ -1,8 +1,9 @@
 """From a scenario to a result folder: build, solve, verify, write.
 
-What was solved is written first and at once, `gait.npz` with its summary. Pictures follow: what
-goes wrong there is a warning, and a signal ends them alone. From the beginning of a solve on, a
-signal is no reason to end without a result (`stopping`).
+What was solved is written first and at once, `gait.npz` with its summary, and told. Pictures
+follow, and so does the import of what draws them: what goes wrong there is a warning, and a signal
+ends them alone. From the beginning of a solve on, a signal is no reason to end without a result
+(`stopping`).
 """
 
 from __future__ import annotations
@@ -11,16 +12,16 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from human_gait import console
 from human_gait.checks.folder import folder_check
 from human_gait.checks.verification import verify
 from human_gait.exceptions import ResultError
-from human_gait.faults import told_of
+from human_gait.faults import check_packages, told_of
 from human_gait.late import late
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.problem.refinement import refined_program
-from human_gait.reporting.agreement import agreement_to_folder
 from human_gait.results.folder import whole_file
 from human_gait.results.names import (
     AGREEMENT,
@@ -43,7 +44,7 @@ from human_gait.solving.starts import GIVEN, OWN_GUESS, Attempt, Start, best, cl
 from human_gait.solving.summary import (
     checks_content,
     explanation_content,
-    save_verified,
+    save_found,
     summary_content,
 )
 from human_gait.solving.warm_start import load_multipliers, save_multipliers
@@ -53,11 +54,15 @@ from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import save_gait_cycle
 from human_gait.walk.gait_file import load_gait, load_record
 
+if TYPE_CHECKING:
+    from rich.table import Table
+
+_DRAWN_WITH = ("matplotlib", "meshcat")
 OURS = result_files(SOLVERS)
 """Everything that a prediction, or a command about it, writes: it goes with the old result."""
 
 
-def predict_to_folder(
+def predict_to_folder(  # noqa: PLR0913
     scenario: Scenario,
     solver: str,
     folder: Path,
@@ -65,12 +70,16 @@ def predict_to_folder(
     seed: int = 0,
     warm_from: Path | None = None,
     time_limit: float | None = TIME_LIMIT,
+    *,
+    starts: int = 1,
+    plots: bool = True,
 ) -> bool:
-    """Predict, verify and write a result; return whether it is a walk.
+    """Predict, verify and write a result, then draw it; return whether it is a walk.
 
     A solve that fails, is interrupted or has no time left (limit in s) leaves its best gait and
     says what is wrong with it. With `warm_from`, the folder of another result, it starts from that
-    walk and its multipliers, and if that leads nowhere, as ever.
+    walk and its multipliers, and if that leads nowhere, as ever. Of several `starts` the cheapest
+    walk is kept. Without `plots` nothing is drawn.
 
     Raises
     ------
@@ -80,11 +89,12 @@ def predict_to_folder(
     KeyboardInterrupt
         If it is interrupted before there is anything to keep.
     """
-    _drawing()
+    check_packages(_DRAWN_WITH if plots else ())
     with running(time_limit):
         program = build_program(scenario, dynamics=dynamics)
         start = _warm_start(warm_from, program) if warm_from else None
-        return _solve_to_folder(program, solver, folder, start, seed).success
+        kept = _solve_to_folder(program, solver, folder, start, seed, starts=starts, plots=plots)
+        return kept.success
 
 
 def refine_to_folder(
@@ -94,6 +104,8 @@ def refine_to_folder(
     folder: Path,
     dynamics: str = "pinocchio",
     time_limit: float | None = TIME_LIMIT,
+    *,
+    plots: bool = True,
 ) -> bool:
     """Give a gait more control points, solve again from there, and write the new result.
 
@@ -105,10 +117,10 @@ def refine_to_folder(
         If the gait has as many control points, or more.
     """
     _warn_of(gait)
-    _drawing()
+    check_packages(_DRAWN_WITH if plots else ())
     with running(time_limit):
         program, start = refined_program(gait, n_control_points, dynamics)
-        return _solve_to_folder(program, solver, folder, Start(GIVEN, start)).success
+        return _solve_to_folder(program, solver, folder, Start(GIVEN, start), plots=plots).success
 
 
 def _warm_start(folder: Path, program: GaitProgram) -> Start:
@@ -129,6 +141,8 @@ def predict_by_all_solvers(
     folder: Path,
     dynamics: str = "pinocchio",
     time_limit: float | None = TIME_LIMIT,
+    *,
+    plots: bool = True,
 ) -> bool:
     """Solve one problem with every solver, each into a folder of its own, and compare.
 
@@ -137,8 +151,8 @@ def predict_by_all_solvers(
     solvers that are left are not run and nothing is compared. The folder gets its results at the
     end, all at once.
     """
-    _drawing()
     solved: dict[str, list[Attempt]] = {}
+    check_packages(_DRAWN_WITH if plots else ())
     with running() as run:
         program = build_program(scenario, dynamics=dynamics)
         with console.progress() as tell, running(time_limit):
@@ -147,24 +161,35 @@ def predict_by_all_solvers(
             for name in SOLVERS:
                 given = Start(GIVEN, start)
                 with running(time_limit):
-                    kept = _solve_to_folder(program, name, new / name, given, told=folder / name)
+                    kept = _solve_to_folder(
+                        program, name, new / name, given, told=folder / name, plots=plots
+                    )
                 solved[name] = [kept]
                 if run.asked.signal and name != SOLVERS[-1]:
                     return False
             with _not_needed(new / AGREEMENT, AGAIN):
-                console.show(agreement_to_folder(new, SOLVERS))
+                console.show(_compared(new))
     return all(kept.success for (kept,) in solved.values())
 
 
-def _solve_to_folder(
+def _compared(folder: Path) -> Table:
+    """Write how far the results of the solvers differ, and return it as a table."""
+    table: Table = late("reporting.agreement", "agreement_to_folder")(folder, SOLVERS)
+    return table
+
+
+def _solve_to_folder(  # noqa: PLR0913, options that are given by name
     program: GaitProgram,
     solver: str,
     folder: Path,
     start: Start | None = None,
     seed: int = 0,
+    *,
     told: Path | None = None,
+    starts: int = 1,
+    plots: bool = True,
 ) -> Attempt:
-    """Solve, verify, write and tell; return the attempt that was kept.
+    """Solve, verify, write, tell and, with `plots`, draw; return the attempt that was kept.
 
     `told` is what the user is told instead of the folder, if that is not its last name.
     """
@@ -172,12 +197,13 @@ def _solve_to_folder(
     asked = under_way().asked
     asked.hold()
     with console.progress() as tell:
-        attempts = climb(program, solver, start, seed, tell)
-    before = asked.times
+        attempts = climb(program, solver, start, seed, tell, starts=starts)
+    before, kept = asked.times, best(attempts)
     with _kept_elsewhere(told or folder, {"": attempts}, seed):
-        kept, gait = _write(folder, best(attempts), attempts, seed)
+        gait = _write(folder, kept, attempts, seed)
     console.show_outcome(kept, attempts, told or folder, gait)
-    _draw(gait, folder, told or folder, hurry=asked.times > before)
+    if plots:
+        _draw(gait, folder, told or folder, hurry=asked.times > before)
     return kept
 
 
@@ -210,7 +236,8 @@ def _elsewhere(name: str, solved: Mapping[str, list[Attempt]], seed: int) -> Pat
     for other in refuges(name):
         with suppress(ResultError):
             for inner, attempts in solved.items():
-                kept, gait = _write(other / inner, best(attempts), attempts, seed)
+                kept = best(attempts)
+                gait = _write(other / inner, kept, attempts, seed)
                 console.show_outcome(kept, attempts, other / inner, gait)
             return other
     return None
@@ -240,10 +267,10 @@ def verify_folder(folder: Path) -> bool:
     return all(check.passed for check in checks)
 
 
-def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> tuple[Attempt, Gait]:
-    """Write what was solved; return the attempt with the checks of the file, and its gait."""
+def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> Gait:
+    """Write what was solved; return the gait of the attempt that is kept."""
     with our_folder(folder, OURS) as new:
-        kept, gait = save_verified(kept, seed, new)
+        gait = save_found(kept, seed, new)
         save_multipliers(gait, new)
         run, digest = under_way(), gait_digest(gait)
         ended = {"time_limit_s": run.limit, "ended_by": None if kept.success else run.over or None}
@@ -252,34 +279,29 @@ def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> t
             write_json(new / EXPLANATION, explanation_content(kept.program, kept.solution), digest)
         with _not_needed(new / GAIT_CYCLE, AGAIN):
             save_gait_cycle(gait, new / GAIT_CYCLE)
-    return kept, gait
+    return gait
 
 
 def draw(gait: Gait, folder: Path) -> int:
     """Write what is drawn of a gait into its folder, all or none. Count plots."""
-    save_plots, save_playback = _drawing()
     check_free(folder, (*PLOTS, PLAYBACK))
     with our_folder(folder, solved=False) as new:
-        save_plots(gait, new)
-        save_playback(gait, new / PLAYBACK)
+        for make in _DRAWN.values():
+            make(gait, new)
     return len(late("pictures.plots", "PLOTS"))
 
 
-def _drawn(gait: Gait, folder: Path) -> Iterator[tuple[str, Callable[[], object]]]:
-    """Yield what there is to draw: its name and what draws it."""
-    save_plots, save_playback = _drawing()
-
-    def page() -> None:
-        with whole_file(folder / PLAYBACK) as path:
-            save_playback(gait, path)
-
-    yield "the plots", lambda: save_plots(gait, folder)
-    yield PLAYBACK, page
+def _save_plots(gait: Gait, folder: Path) -> None:
+    late("pictures.plots", "save_plots")(gait, folder)
 
 
-def _drawing() -> tuple[Callable[..., object], Callable[..., object]]:
-    """Import what draws plots and page, half a second; before a solve it is tried."""
-    return late("pictures.plots", "save_plots"), late("playback.page", "save_playback")
+def _save_page(gait: Gait, folder: Path) -> None:
+    with whole_file(folder / PLAYBACK) as path:
+        late("playback.page", "save_playback")(gait, path)
+
+
+_DRAWN: Mapping[str, Callable[[Gait, Path], None]] = {"plots": _save_plots, PLAYBACK: _save_page}
+"""What there is to draw, and what imports what draws it, 0.3 s each."""
 
 
 def _draw(gait: Gait, folder: Path, told: Path, hurry: bool) -> None:
@@ -290,9 +312,9 @@ def _draw(gait: Gait, folder: Path, told: Path, hurry: bool) -> None:
     later = f"human-gait plot {told} makes them"
     try:
         with under_way().asked.heeded():
-            for what, make in () if hurry else _drawn(gait, folder):
+            for what, make in () if hurry else _DRAWN.items():
                 with _not_needed(what, later):
-                    make()
+                    make(gait, folder)
     except KeyboardInterrupt:
         hurry = True
     if hurry:

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from human_gait import console
-from human_gait.checks.table import Checks
+from human_gait.checks.table import Checks, verify
 from human_gait.exceptions import NoSolutionFound, SolveInterrupted
 from human_gait.problem.balance_rows import TURNING_FRICTION
 from human_gait.problem.own import PathConstraint, RunningCost
@@ -26,17 +26,17 @@ from human_gait.results.shapes import FOUND
 from human_gait.scenario import Scenario, load_scenario
 from human_gait.solving.diagnosis import not_kept, suggestions
 from human_gait.solving.drake_solvers import SOLVERS
-from human_gait.solving.seeds import checked_seed
+from human_gait.solving.seeds import checked_seed, checked_starts
 from human_gait.solving.solver import Solution
-from human_gait.solving.starts import GIVEN, Attempt, Tell, best, climb, from_walk
+from human_gait.solving.starts import GIVEN, Attempt, Start, best, climb, from_walk
 from human_gait.solving.summary import (
     explanation_content,
     found_gait,
-    save_verified,
+    save_found,
     summary_content,
 )
 from human_gait.solving.warm_start import load_multipliers, save_multipliers
-from human_gait.solving.watch import Iterate
+from human_gait.solving.watch import Iterate, Tell
 from human_gait.stopping import TIME_LIMIT, checked_limit, running, under_way
 from human_gait.walk.described import gait_digest, was_changed
 from human_gait.walk.gait import Gait
@@ -53,6 +53,7 @@ def predict(  # noqa: PLR0913, options that are given by name
     seed: int = 0,
     *,
     warm_from: Gait | str | Path | None = None,
+    starts: int = 1,
     progress: Progress = False,
     costs: Sequence[RunningCost] = (),
     constraints: Sequence[PathConstraint] = (),
@@ -73,6 +74,10 @@ def predict(  # noqa: PLR0913, options that are given by name
     warm_from : Gait, str or Path, optional
         A walk to start from, or the folder of its result: after a small change of the scenario it
         takes half a second. If that leads nowhere the usual starts follow.
+    starts : int
+        How many starts to solve from once there is a walk: from walks beside it, then from random
+        ones. Of all walks the cheapest is kept; its `Gait.solution` tells how many ``walks`` there
+        are and their ``cost_spread``.
     progress : bool or function
         True shows on the terminal how the solver proceeds; a function is given every `Iterate`.
     costs : sequence of RunningCost
@@ -104,26 +109,45 @@ def predict(  # noqa: PLR0913, options that are given by name
     KeyboardInterrupt
         If it is interrupted before there is anything to carry.
     ValueError
-        If there is no such solver, dynamics, time limit or seed, or a cost or constraint of
-        one's own returns what it should not, or has bounds that nothing is between.
+        If there is no such solver, dynamics, time limit, seed or number of starts, or a cost or
+        constraint of one's own returns what it should not, or has bounds that nothing is between.
     TypeError
         If `warm_from` is no gait or path, or own costs and constraints are no such things.
     """
     if solver not in SOLVERS:
         raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
-    seed = checked_seed(seed)
+    seed, starts = checked_seed(seed), checked_starts(starts)
     task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     before = _walk_before(warm_from)
-    with running(checked_limit(time_limit)) as run:
+    with running(checked_limit(time_limit)):
         program = build_program(task, None, dynamics, costs, constraints)
         start = None if before is None else from_walk(before, program)
-        run.asked.hold()
-        with _telling(progress) as tell:
-            kept = best(climb(program, solver, start, seed, tell))
-        gait = found_gait(kept, seed)
-        if not kept.success:
-            raise _no_solution(kept, gait)
-        return gait
+        return walk_of(program, solver, start, seed, progress, starts)
+
+
+def walk_of(
+    program: GaitProgram,
+    solver: str,
+    start: Start | None,
+    seed: int,
+    progress: Progress,
+    starts: int = 1,
+) -> Gait:
+    """Return a verified walk of a program, as a part of the run that is under way.
+
+    Raises
+    ------
+    NoSolutionFound, SolveInterrupted, KeyboardInterrupt
+        As `predict`.
+    """
+    under_way().asked.hold()
+    with _telling(progress) as tell:
+        attempts = climb(program, solver, start, seed, tell, starts=starts)
+    kept = best(attempts)
+    gait = found_gait(kept, seed, attempts)
+    if not kept.success:
+        raise _no_solution(kept, gait)
+    return gait
 
 
 def load(path: str | Path) -> Gait:
@@ -156,7 +180,9 @@ def save(gait: Gait, folder: str | Path) -> Path:
     """Write a gait as a result without pictures, as `Gait.save` says, and return the folder."""
     seed = int(gait.solution.get("seed", 0))
     with our_folder(given_path(folder), result_files(SOLVERS), solved=False) as new:
-        kept, saved = save_verified(_attempt(gait), seed, new)
+        attempt = _attempt(gait)
+        kept = replace(attempt, checks=verify(found_gait(attempt, seed)))
+        saved = save_found(kept, seed, new)
         save_multipliers(saved, new)
         save_gait_cycle(saved, new / GAIT_CYCLE)
         contents = {
@@ -226,6 +252,11 @@ def _program(gait: Gait) -> GaitProgram:
     their bounds cost (`own_bounds`).
     """
     program = GaitProgram(gait.scenario, gait.basis, gait.solution.get("dynamics", "pinocchio"))
+    return held_like(gait, program)
+
+
+def held_like(gait: Gait, program: GaitProgram) -> GaitProgram:
+    """Return a problem with friction and strength as constraints where a gait had them."""
     if TURNING_FRICTION.name in gait.multipliers:
         program = program.with_friction()
     return program.with_strength() if STRENGTH.name in gait.multipliers else program

@@ -30,12 +30,13 @@ def valley(**changes):
         lambda x: [x[0] ** 2 + x[1] ** 2],
         (np.array([0, 0]), np.array([0, 1])),
         lambda x: 2.0 * x,
-        lambda x, factor, by_row: (
+        lambda x, factor, by_row, springs: (
             factor
             * np.array(
                 [[1200.0 * x[0] ** 2 - 400.0 * x[1] + 2.0, -400.0 * x[0]], [-400.0 * x[0], 200.0]]
             )
             + by_row[0] * 2.0 * np.eye(2)
+            + springs[0] * 4.0 * np.outer(x, x)
         ),
     )
     return replace(problem, **changes)
@@ -56,7 +57,7 @@ def cube():
         lambda x: [x[0] ** 3],
         (np.array([0]), np.array([0])),
         lambda x: 3.0 * x**2,
-        lambda x, _, by_row: np.diag(6.0 * by_row * x),
+        lambda x, _, by_row, springs: np.diag(6.0 * by_row * x + 9.0 * springs * x**4),
     )
 
 
@@ -72,7 +73,7 @@ def corner():
         lambda x: [x[0] + x[1]],
         (np.array([0, 0]), np.array([0, 1])),
         lambda _: numbers(1.0, 1.0),
-        lambda _, factor, __: factor * 2.0 * np.eye(2),
+        lambda _, factor, __, springs: factor * 2.0 * np.eye(2) + springs.sum() * np.ones((2, 2)),
     )
 
 
@@ -90,7 +91,7 @@ def quadratic(H, g, A, lower, upper, row_lower, row_upper):
         lambda x: A @ x,
         (at[0].ravel(), at[1].ravel()),
         lambda _: A.ravel(),
-        lambda _, factor, __: factor * H,
+        lambda _, factor, __, springs: factor * H + A.T @ (springs[:, None] * A),
     )
 
 

@@ -50,7 +50,7 @@ def test_a_solution_is_found_again_at_once():
     end = follow(valley(), before.x, before.duals)
     assert end.solved
     assert end.status == OPTIMAL
-    assert end.iterations == 3  # down to the problem itself
+    assert end.iterations == 1  # of the problem itself
     np.testing.assert_allclose(end.x, before.x, atol=1e-6)
     np.testing.assert_allclose(end.duals.rows, before.duals.rows, rtol=1e-4)
 
@@ -65,6 +65,19 @@ def test_a_limit_that_is_moved_is_followed(radius):
     np.testing.assert_allclose(end.x, cold.x, atol=1e-5)
     np.testing.assert_allclose(end.duals.rows, cold.duals.rows, rtol=1e-3)
     assert np.abs(left(moved, end)).max() < 1e-4
+
+
+def test_only_what_is_far_is_approached_by_another_problem(monkeypatch):
+    seen, model = [], Homotopy.model
+    monkeypatch.setattr(
+        Homotopy, "model", lambda self, t, *rest: (seen.append(t), model(self, t, *rest))[1]
+    )
+    before = solved(valley(), VALLEY_END)
+    for radius, first in ((1.0, 0.0), (0.99, 0.0), (0.9, 0.5)):
+        seen.clear()
+        follow(replace(valley(), row_upper=numbers(radius**2)), before.x, before.duals)
+        assert seen[0] == first
+        assert not any(seen[1:])
 
 
 def test_a_limit_that_is_moved_out_of_reach_lets_go():

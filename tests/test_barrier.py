@@ -8,7 +8,7 @@ from small_problems import corner, numbers, random_quadratic
 
 from human_gait.newton.barrier import COLD, WARM
 from human_gait.newton.interior_point import InteriorPoint, minimise
-from human_gait.newton.optimality import Error, Goal, error
+from human_gait.newton.optimality import Error, Goal, left
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -29,6 +29,18 @@ def test_a_warm_start_is_near_the_solution_and_balanced(seed):
     place = np.concatenate([end.x, problem.rows(end.x)])
     np.testing.assert_allclose(state.inside, place, atol=0.011)  # 1 % of a width from the bounds
     assert minimise(problem, end.x, duals=end.duals).iterations <= 3
+
+
+@pytest.mark.parametrize(("push", "share"), [(0.01, 0.01), (0.05, 0.5), (0.2, 0.1)])
+def test_a_cold_start_is_put_inside_its_bounds(push, share):
+    """So far, or that part of their distance; what is inside stays where it is."""
+    problem = corner()
+    problem.lower[:], problem.upper[:] = [0.0, 0.0], [0.7, 0.02]
+    method = InteriorPoint(problem, COLD._replace(push=push, share=share))
+    state = method.start(numbers(-3.0, 0.5), None, 0.1)
+    margin = np.minimum(push, share * numbers(0.7, 0.02))
+    np.testing.assert_allclose(state.point.x, [margin[0], 0.02 - margin[1]], rtol=1e-12)
+    assert state.inside[2] == state.point.bounded[2]
 
 
 @pytest.mark.parametrize("schedule", [COLD, WARM])
@@ -56,16 +68,16 @@ def test_the_conditions_of_a_barrier_are_met_where_products_are_the_barrier():
     problem, barrier = random_quadratic(0, np.linspace(0.1, 5.0, 10)), 1e-3
     end, method = minimise(problem, np.zeros(10)), InteriorPoint(problem)
     state = method.start(end.x, end.duals, barrier)
-    assert error(method.bounds, state, barrier).complementary < 1e-12
-    assert error(method.bounds, state).complementary == pytest.approx(barrier)
+    assert left(method.bounds, state).of(barrier).complementary < 1e-12
+    assert left(method.bounds, state).of(0.0).complementary == pytest.approx(barrier)
 
 
 def test_errors_count_relative_to_multipliers_above_a_hundred():
     bounds = (method := InteriorPoint(corner())).bounds
     state = method.start(numbers(0.3, 0.3), None, 0.1)
-    one = error(bounds, replace(state, y=numbers(50.0))).stationary
-    two = error(bounds, replace(state, y=numbers(100.0))).stationary
+    one = left(bounds, replace(state, y=numbers(50.0))).stationary
+    two = left(bounds, replace(state, y=numbers(100.0))).stationary
     assert two == pytest.approx(2.0 * one, rel=0.1)
-    many = error(bounds, replace(state, y=numbers(7e5)))
+    many = left(bounds, replace(state, y=numbers(7e5)))
     sizes = 7e5 / 7 / 100.0  # mean of seven multipliers, six of them 1
     assert many.stationary == pytest.approx(7e5 / sizes, rel=1e-3)

@@ -130,7 +130,7 @@ def test_the_knots_go_on_periodically(basis):
 
 @pytest.mark.parametrize("order", range(3))
 def test_a_drake_trajectory_is_the_same_motion(basis, order):
-    """Rounding: Drake evaluates by de Boor, scipy by the basis functions."""
+    """Rounding: Drake evaluates by de Boor, we by the basis functions."""
     gait = Gait(scenario(L / T, L), basis.breaks, basis.expand(random_free(basis)))
     trajectory = bspline_trajectory(gait)
     assert (trajectory.start_time(), trajectory.end_time()) == (0.0, pytest.approx(T))
@@ -139,10 +139,23 @@ def test_a_drake_trajectory_is_the_same_motion(basis, order):
     np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
 
 
-def test_basis_functions_are_scipys(basis):
-    for j in (0, 2, basis.n_control_points - 1):
-        alone = BSpline.basis_element(basis.knots[j : j + 5], extrapolate=False)
-        np.testing.assert_allclose(np.nan_to_num(alone(TIMES[:-1])), basis.matrix(TIMES[:-1])[:, j])
+@pytest.mark.parametrize("order", range(4))
+@pytest.mark.parametrize("basis", [*BASES.values(), *CLAMPED.values()])
+def test_basis_functions_and_their_derivatives_are_scipys(basis, order):
+    """At breaks and at the end, too; rounding grows with the size of the derivatives."""
+    times = np.sort(np.concatenate([TIMES, basis.breaks]))
+    scipys = BSpline(basis.knots, np.eye(basis.n_control_points), bspline.DEGREE)
+    found, expected = basis.matrix(times, order), scipys(times, nu=order)
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-14 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("basis", CLAMPED.values(), ids=CLAMPED)
+def test_knots_are_inserted_as_scipy_does(basis):
+    P, finer = random_free(basis), basis.refined(basis.n_control_points + 5)
+    expected = BSpline(basis.knots, P, bspline.DEGREE)
+    for knot in np.setdiff1d(finer.breaks, basis.breaks):
+        expected = expected.insert_knot(knot)
+    np.testing.assert_allclose(basis.insert(finer, P), expected.c, rtol=0.0, atol=1e-14)
 
 
 @pytest.mark.parametrize("basis", CLAMPED.values(), ids=CLAMPED)

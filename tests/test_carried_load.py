@@ -10,6 +10,7 @@ from human_gait.body.person import make_body
 from human_gait.checks.verification import verify
 from human_gait.dynamics.carried_load import THORAX, CarriedForce
 from human_gait.dynamics.inverse_dynamics import PinocchioDynamics
+from human_gait.dynamics.jet import Linearised
 from human_gait.dynamics.recursive_lagrangian import ExternalLoad, inverse_dynamics
 from human_gait.problem.program import build_program
 from human_gait.scenario import Load, Subject
@@ -23,7 +24,9 @@ RIGID = make_body(SUBJECT, Load(**PACK))
 
 
 def carried(q, v, a):
-    return CarriedForce(FORCE).added(PinocchioDynamics(FORCE).inverse(q, v, a), q).torque
+    alone = PinocchioDynamics(FORCE).inverse(q, v, a)
+    wrench = Linearised(np.zeros((len(q), 6)), np.zeros((len(q), 6, 165)))
+    return CarriedForce(FORCE).added(alone, wrench)[0].torque
 
 
 def test_torques_are_those_of_the_recursion_with_an_external_force():

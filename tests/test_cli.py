@@ -45,9 +45,9 @@ def prediction(replace_room):
     """Let `predict` record its task and succeed, without solving anything."""
     calls = []
 
-    def predict_to_folder(scenario, solver, out, dynamics, seed, warm_from, time_limit):
-        calls.append((scenario.name, solver, out, dynamics, seed, warm_from, time_limit))
-        return True
+    def predict_to_folder(scenario, *asked, starts, plots):
+        calls.append((scenario.name, *asked, starts))
+        return plots
 
     replace_room("prediction", predict_to_folder=predict_to_folder)
     return calls
@@ -58,10 +58,13 @@ def test_all_solvers_may_be_asked_for(replace_room):
     calls = []
     replace_room(
         "prediction",
-        predict_by_all_solvers=lambda task, *rest: calls.append((task.name, *rest)) or True,
+        predict_by_all_solvers=lambda *given, **named: calls.append((*given, named)) or True,
     )
     assert cli.run(["predict", NORMAL, "--solver", "all"]) == 0
-    assert calls == [("normal", Path("out/normal"), "pinocchio", 300.0)]
+    assert cli.run(["predict", NORMAL, "--solver", "all", "--starts", "2"]) == cli.BAD_INPUT
+    ((task, *rest),) = calls
+    assert task.name == "normal"
+    assert rest == [Path("out/normal"), "pinocchio", 300.0, {"plots": True}]
 
 
 @pytest.mark.parametrize(
@@ -76,9 +79,23 @@ def test_a_result_is_refined(here, replace_room, options, n, target):
     (here / "walk").mkdir()
     save_gait(guessed_gait(), here / "walk")
     calls = []
-    replace_room("prediction", refine_to_folder=lambda _, *rest: calls.append(rest) or True)
+    refine = lambda _, *rest, **named: calls.append((*rest, named)) or True  # noqa: E731
+    replace_room("prediction", refine_to_folder=refine)
     assert cli.run(["refine", "walk", *options]) == 0
-    assert calls == [(n, "newton", Path(target), "pinocchio", 300.0)]
+    assert calls == [(n, "newton", Path(target), "pinocchio", 300.0, {"plots": True})]
+
+
+@pytest.mark.usefixtures("here")
+def test_plots_may_be_left_out(replace_room):
+    named = []
+    made = {"predict_to_folder", "refine_to_folder", "predict_by_all_solvers"}
+    replace_room(
+        "prediction", **dict.fromkeys(made, lambda *_, **given: named.append(given) or True)
+    )
+    save_gait(guessed_gait(), Path())
+    for words in (["predict", NORMAL], ["predict", NORMAL, "--solver", "all"], ["refine", "."]):
+        assert cli.run([*words, "--out", "new", "--no-plots"]) == 0
+    assert [given["plots"] for given in named] == [False] * 3
 
 
 @pytest.mark.usefixtures("here")
@@ -90,7 +107,7 @@ def test_what_is_no_result_is_not_refined(capsys):
 def test_a_refinement_without_a_walk_ends_with_1(here, replace_room):
     (here / "walk").mkdir()
     save_gait(guessed_gait(), here / "walk")
-    replace_room("prediction", refine_to_folder=lambda *_: False)
+    replace_room("prediction", refine_to_folder=lambda *_, **__: False)
     assert cli.run(["refine", "walk"]) == 1
 
 
@@ -172,15 +189,14 @@ def test_a_result_folder_that_cannot_be_made_is_refused_before_solving(here, cap
 
 
 def test_predict_passes_its_options_on(here, prediction):
+    options = ["--solver", "ipopt", "--out", "new/place", "--seed", "7", "--starts", "5"]
     assert cli.run(["predict", NORMAL]) == 0
-    assert (
-        cli.run(["predict", NORMAL, "--solver", "ipopt", "--out", "new/place", "--seed", "7"]) == 0
-    )
+    assert cli.run(["predict", NORMAL, *options]) == 0
     assert cli.run(["predict", NORMAL, "--dynamics", "dh"]) == 0
     assert prediction == [
-        ("normal", "newton", Path("out/normal"), "pinocchio", 0, None, 300.0),
-        ("normal", "ipopt", Path("new/place"), "pinocchio", 7, None, 300.0),
-        ("normal", "newton", Path("out/normal"), "dh", 0, None, 300.0),
+        ("normal", "newton", Path("out/normal"), "pinocchio", 0, None, 300.0, 1),
+        ("normal", "ipopt", Path("new/place"), "pinocchio", 7, None, 300.0, 5),
+        ("normal", "newton", Path("out/normal"), "dh", 0, None, 300.0, 1),
     ]
     assert list(here.iterdir()) == []
 
@@ -190,7 +206,7 @@ def test_predict_starts_from_a_result_that_is_named(here, prediction):
     save_gait(guessed_gait(), here / "walk")
     assert cli.run(["predict", NORMAL, "--warm-from", "walk", "--solver", "snopt"]) == 0
     assert prediction == [
-        ("normal", "snopt", Path("out/normal"), "pinocchio", 0, Path("walk"), 300.0)
+        ("normal", "snopt", Path("out/normal"), "pinocchio", 0, Path("walk"), 300.0, 1)
     ]
 
 
@@ -216,7 +232,7 @@ def test_a_damaged_result_to_start_from_is_one_line(here, capsys, name):
 
 @pytest.mark.usefixtures("here")
 def test_no_success_is_exit_code_1(replace_room):
-    replace_room("prediction", predict_to_folder=lambda *_: False)
+    replace_room("prediction", predict_to_folder=lambda *_, **__: False)
     assert cli.run(["predict", NORMAL]) == cli.NO_SOLUTION
 
 
@@ -232,7 +248,7 @@ def test_no_success_is_exit_code_1(replace_room):
 )
 @pytest.mark.usefixtures("here")
 def test_errors_on_the_way_are_one_line(capsys, replace_room, error, exit_code):
-    def fail(*_):
+    def fail(*_, **__):
         raise error
 
     replace_room("prediction", predict_to_folder=fail)
@@ -358,14 +374,21 @@ def test_main_exits_with_the_code_of_the_command(capsys, monkeypatch):
     assert_one_line(capsys, "frob")
 
 
-def test_help_imports_no_solver_viewer_or_plotter():
-    program = (
-        "import sys; from human_gait import cli; cli.run(['--help'])\n"
-        "heavy = {'pydrake', 'pinocchio', 'meshcat', 'matplotlib', 'scipy', 'numpy'}\n"
-        "print(sorted(heavy & set(sys.modules)))"
-    )
+_DRAWING = "matplotlib PIL meshcat jinja2 scipy.spatial scipy.ndimage"
+
+
+@pytest.mark.parametrize(
+    ("program", "heavy"),
+    [
+        ("from human_gait import cli; cli.run(['--help'])", "pydrake pinocchio scipy numpy"),
+        ("import human_gait.prediction", "scipy.interpolate scipy.optimize scipy.stats"),
+    ],
+    ids=["help", "prediction"],
+)
+def test_what_is_not_needed_yet_is_not_imported(program, heavy):
+    shown = f"\nimport sys; print(sorted({{*'{heavy} {_DRAWING}'.split()}} & set(sys.modules)))"
     run = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+        [sys.executable, "-c", program + shown], capture_output=True, text=True, check=True
     )
     assert run.stdout.splitlines()[-1] == "[]"
 

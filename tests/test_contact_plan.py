@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 from walks import PEOPLE, scenario
 
 from human_gait.body.person import make_body
@@ -13,6 +14,7 @@ from human_gait.walk.contact_plan import (
     RIGHT,
     TOE,
     ContactPlan,
+    _hull,
 )
 
 DOWN, UP = True, False
@@ -163,6 +165,30 @@ def test_the_support_polygon_spans_what_stands(plan):
     assert both.max() == pytest.approx(leading[TOE])
     assert (flat.min(), flat.max()) == pytest.approx((leading[HEEL], leading[TOE]))
     assert (forefoot.min(), forefoot.max()) == pytest.approx((leading[BALL_MEDIAL], leading[TOE]))
+
+
+@pytest.mark.parametrize("feet", [(RIGHT, LEFT), (LEFT,), (RIGHT,)])
+def test_the_support_regions_are_those_of_each_instant(plan, feet):
+    """Every instant is in one of them, and without corners only where nothing stands."""
+    times, seen = times_of(plan), []
+    standing = plan.contact(times)[:, feet].any(axis=(1, 2))
+    for instants, corners in plan.support_regions(times, feet):
+        seen += instants.tolist()
+        assert len(corners) > 2 or not standing[instants].any()
+        if len(corners):
+            np.testing.assert_array_equal(corners, plan.support_polygon(times[instants[-1]], feet))
+    assert sorted(seen) == list(range(len(times)))
+
+
+def test_the_hull_of_points_is_scipys():
+    """Corners all around, counterclockwise; points within, on an edge and twice there are none."""
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    more = [square, square[:1], [[0.5, 0.0], [0.3, 0.4]], square[1:] + 1e-14]
+    np.testing.assert_allclose(_hull(np.concatenate(more)), square, atol=1e-13)
+    for points in np.random.default_rng(5).normal(size=(20, 12, 2)):
+        expected, found = points[ConvexHull(points).vertices], _hull(points)
+        first = int(np.argmin(expected[:, 0]))
+        np.testing.assert_array_equal(found, np.roll(expected, -first, axis=0))
 
 
 @pytest.mark.parametrize("task", PEOPLE.values(), ids=PEOPLE)

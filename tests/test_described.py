@@ -9,11 +9,13 @@ from solves import solved
 from walking import guessed_gait
 
 import human_gait as hg
+from human_gait import walks
 from human_gait.checks.check import Check
+from human_gait.exceptions import ResultError
 from human_gait.newton import active_set, interior_point
 from human_gait.problem.program import build_program
 from human_gait.scenario import Scenario
-from human_gait.solving import summary as summary_room
+from human_gait.solving import summary
 from human_gait.solving.warm_start import fitting
 from human_gait.walk.described import _CONTENT, gait_digest, no_walk, with_story
 from human_gait.walk.gait_file import load_gait, save_gait
@@ -119,12 +121,34 @@ def test_what_is_saved_is_what_the_checks_of_the_file_say(tmp_path, monkeypatch)
     assert load_gait(folder).solution["success"] is False
     assert json.loads((folder / "summary.json").read_text())["success"] is False
     assert no_walk(hg.load(folder))
-    monkeypatch.setattr(summary_room, "verify", lambda _: [Check("any", "m", 0.0, 1.0, 0.0)])
+    monkeypatch.setattr(walks, "verify", lambda _: [Check("any", "m", 0.0, 1.0, 0.0)])
     walk = load_gait(claimed.save(tmp_path / "passed"))
     assert walk.solution["success"] is True
     assert walk.solution["digest"] == gait_digest(walk)
     changed = load_gait(bent(claimed, 1e-12).save(tmp_path / "changed"))
     assert changed.solution["success"] is False  # nobody has solved for it
+
+
+@pytest.mark.parametrize("spoilt", ["a sample", "a control point"])
+def test_a_file_that_does_not_hold_what_was_checked_is_no_result(spoilt, tmp_path, monkeypatch):
+    def badly_written(gait, folder):
+        save_gait(bent(gait, 1e-13) if spoilt == "a control point" else gait, folder)
+        if spoilt == "a sample":
+            with np.load(folder / "gait.npz") as file:
+                members = dict(file)
+            np.savez(folder / "gait.npz", **members | {"tau": members["tau"] + 1e-12})
+
+    monkeypatch.setattr(summary, "save_gait", badly_written)
+    with pytest.raises(ResultError, match="not as it was written"):
+        GAIT.save(tmp_path / "walk")
+    assert not (tmp_path / "walk").exists()
+
+
+def test_a_gait_that_is_told_anew_is_not_computed_anew():
+    told = with_story(GAIT, True)
+    assert told.fine_samples is GAIT.fine_samples
+    assert (told, told.solution["success"]) == (GAIT, True)
+    assert "success" not in GAIT.solution
 
 
 @pytest.mark.solve

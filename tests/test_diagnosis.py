@@ -19,8 +19,9 @@ from human_gait.problem.balance_rows import GROUND_PUSHES
 from human_gait.problem.constraints import LIMITS, SYMMETRY
 from human_gait.problem.contact_rows import CONTACT_POSITION, GROUND_PENETRATION, SOFT_IMPACT
 from human_gait.problem.posture_rows import ARM_LEG_COUPLING, PELVIC_VELOCITY, STRENGTH
-from human_gait.problem.program import COST_SCALE, GaitProgram, build_program
+from human_gait.problem.program import GaitProgram, build_program
 from human_gait.problem.residual import Demand
+from human_gait.problem.units import COST_SCALE
 from human_gait.problem.violation import Violation
 from human_gait.results.explanation import explained
 from human_gait.solving import solver as solver_room

@@ -86,7 +86,8 @@ def homes(name):
 def fault(code):
     """What is wrong with one piece of code in a sentence, or nothing."""
     if code.endswith(".py") and " " not in code:
-        return "" if list(ROOT.glob(f"[!.]*/**/{Path(code).name}")) else "no such file"
+        there = (ROOT / code).is_file() or list(ROOT.glob(f"[!.]*/**/{Path(code).name}"))
+        return "" if there else "no such file"
     for file, test in TEST.findall(code):
         if not (ROOT / "tests" / file).is_file():
             return "no such file of tests"

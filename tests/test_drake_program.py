@@ -13,9 +13,12 @@ from walks import scenario
 
 from human_gait.body.skeleton import index
 from human_gait.exceptions import UnsupportedProgram
-from human_gait.newton.interior_point import InteriorPoint
+from human_gait.newton.barrier import COLD
+from human_gait.newton.interior_point import InteriorPoint, minimise
 from human_gait.problem.drake import offer_hessian, offered
-from human_gait.problem.program import COST_SCALE, build_program
+from human_gait.problem.program import build_program
+from human_gait.problem.units import COST_SCALE
+from human_gait.solving import newton_solver
 from human_gait.solving.drake_solvers import (
     OPTIONS,
     SOLVERS,
@@ -231,6 +234,23 @@ def test_the_first_barrier_is_that_of_the_formulation(monkeypatch, formulation, 
         program.torques.prog.SetSolverOption(NewtonSolver.id(), name, value)
     assert not solve(program).converged
     assert set(seen) == {first}
+
+
+def test_a_cold_start_is_put_and_led_as_is_asked_for(monkeypatch):
+    """Every option of it reaches the schedule of the method."""
+    seen = []
+    monkeypatch.setattr(
+        newton_solver,
+        "minimise",
+        lambda problem, start, goal, *_, cold: seen.append(cold) or minimise(problem, start, goal),
+    )
+    prog, _ = base()
+    NewtonSolver().Solve(prog, START)
+    asked = {"first_barrier": 0.02, "patience": 30.0, "start_push": 0.2, "start_share": 0.3}
+    for name, value in asked.items():
+        prog.SetSolverOption(NewtonSolver.id(), name, value)
+    NewtonSolver().Solve(prog, START)
+    assert seen == [COLD, COLD._replace(first=0.02, patience=30.0, push=0.2, share=0.3)]
 
 
 def barriers_of_steps(monkeypatch):

@@ -30,7 +30,6 @@ def places(tmp_path, monkeypatch):
             raise ResultError(f"{folder}: the result cannot be written") from FULL
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "gait.npz").write_text(str(kept))
-        return kept, None
 
     monkeypatch.setattr(prediction, "_write", write)
     monkeypatch.setattr(prediction, "best", lambda attempts: attempts[0])

@@ -35,7 +35,7 @@ LADEN = guessed_gait(18.0)
 NOW = GAIT.fine_samples
 SUBJECT, MASS = GAIT.scenario.subject, GAIT.scenario.subject.mass
 TENDON = GAIT.scenario.objective.tendon_stiffness
-NEWTON = SimpleNamespace(solver="newton", wall_time=1.0)
+NEWTON = SimpleNamespace(solver="newton", cost=1.0, wall_time=1.0)
 
 
 def samples(t, **given):

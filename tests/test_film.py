@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PIL import Image, ImageSequence
+from scipy import ndimage
 from walking import guessed_gait
 
 import human_gait as hg
 from human_gait import cli
-from human_gait.playback import encoder
+from human_gait.playback import encoder, picture
 from human_gait.playback import film as room
 from human_gait.playback.film import film
 from human_gait.playback.parts import LOAD, drawn_parts
@@ -158,6 +159,18 @@ def test_what_is_nearer_hides_what_is_behind_it():
         assert len(found.pixel) > 3 * small.sum()
         assert (found.weights >= 0).all()
     assert len(seen(camera.project(points), faces[:, ::-1], 60, 60).pixel) == 0  # from behind
+
+
+def test_shadows_are_softened_and_read_between_cells_as_scipy_does():
+    """Within an edge of nothing, as shadows have; scipy cuts its Gaussian off at four widths."""
+    rng = np.random.default_rng(0)
+    dark = np.pad(rng.random((20, 30)), 12).astype(np.float32)
+    expected = ndimage.gaussian_filter(dark, picture._SOFT)
+    found = picture._softened(dark)
+    np.testing.assert_allclose(found, expected, atol=1e-4)
+    places = rng.uniform(0.0, np.array([[43.0], [53.0]]), (2, 200))
+    between = ndimage.map_coordinates(found, places, order=1)
+    np.testing.assert_allclose(picture._between(found, *places), between, atol=1e-12)
 
 
 def test_a_film_says_which_walk_it_shows_and_that_it_is_none(gif, tmp_path):

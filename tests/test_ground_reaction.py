@@ -6,7 +6,7 @@ from walks import PEOPLE, central_difference, scenario, walking_states
 
 from human_gait.body import dh
 from human_gait.body.skeleton import SEGMENTS, index
-from human_gait.dynamics.inverse_dynamics import FOOT_LINKS, InverseDynamics
+from human_gait.dynamics.inverse_dynamics import FOOT_LINKS
 from human_gait.dynamics.jet import Linearised
 from human_gait.dynamics.recursive_lagrangian import ExternalLoad, inverse_dynamics
 from human_gait.walk.contact_plan import LEFT, RIGHT
@@ -38,13 +38,13 @@ def both(walker, now):
 def test_the_global_dof_are_free_of_torque(walker, now):
     """1e-10 of body weight times stature: far above rounding, far below what can be felt."""
     scale = walker.plan.weight * walker.body.subject.stature
-    assert np.abs(now.torque.value[:, :6]).max() < 1e-10 * scale
+    assert np.abs(now.torque[:, :6]).max() < 1e-10 * scale
 
 
 def test_the_torques_are_those_of_the_recursion_under_the_same_forces(walker, now):
     """But for the toes, which share the load of the foot."""
     expected = inverse_dynamics(walker.body, now.q, now.v, now.a, loads_on_feet(walker, now))
-    difference = np.delete(now.torque.value - expected, TOES, axis=1)
+    difference = np.delete(now.torque - expected, TOES, axis=1)
     assert np.abs(difference).max() < 1e-10 * np.abs(expected).max()
 
 
@@ -130,8 +130,7 @@ OUTPUTS = {
     "pressure on the left foot": lambda x: x.ground.in_state(x.ground.pressure[1]),
     "wrench on the right foot": lambda x: x.ground.in_state(x.ground.wrenches[0]),
     "wrench on the left foot": lambda x: x.ground.in_state(x.ground.wrenches[1]),
-    "torque": lambda x: x.torque,
-    "muscle torque": lambda x: x.muscle_torque,
+    "muscle torque": lambda x: Linearised(x.muscle_torque, x.muscle_partials),
 }
 
 PLAN = Walker(scenario(ground={"sharing": "parallel"})).plan
@@ -145,12 +144,9 @@ def by_hand(zmp, times, force=FORCE, yaw_moment=5.0, plan=PLAN):
     """The ground reaction for a zero moment point (K, 2) chosen freely."""
     point = np.insert(np.atleast_2d(zmp), 1, 0.0, axis=1)
     moment = np.cross(point, force) + np.array([0.0, yaw_moment, 0.0])
-    wrench = np.zeros((len(point), 55))
-    wrench[:, :6] = np.concatenate([np.broadcast_to(force, point.shape), moment], axis=1)
-    axes = np.tile(np.eye(6, 55), (len(point), 1, 1))
-    torque = Linearised(wrench, np.zeros((len(point), 55, 165)))
-    dynamics = InverseDynamics(torque, axes, np.zeros((len(point), 2, 2, 4, 4)))
-    return ground_reaction(dynamics, plan, np.broadcast_to(times, len(point)))
+    wrench = np.concatenate([np.broadcast_to(force, point.shape), moment], axis=1)
+    variables = Linearised(wrench, np.zeros((len(point), 6, 165)))
+    return ground_reaction(variables, plan, np.broadcast_to(times, len(point)))
 
 
 def along(fractions, time=MIDDLE):

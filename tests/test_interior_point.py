@@ -20,6 +20,7 @@ from small_problems import (
 
 from human_gait.newton import interior_point as room
 from human_gait.newton.barrier import COLD, WARM
+from human_gait.newton.cyclic_band import CyclicBand
 from human_gait.newton.damping import UNDAMPED
 from human_gait.newton.filter import Filter
 from human_gait.newton.interior_point import (
@@ -35,7 +36,8 @@ from human_gait.newton.interior_point import (
 )
 from human_gait.newton.newton_step import Step
 from human_gait.newton.nonlinear_program import Duals, NonlinearProgram
-from human_gait.newton.optimality import Goal, error
+from human_gait.newton.optimality import Goal
+from human_gait.newton.optimality import left as remaining
 
 TIGHT = Goal(1e-9, 1e-9, 1e-9)
 FUNCTIONS = ("cost", "gradient", "rows", "jacobian", "hessian")
@@ -206,7 +208,7 @@ def test_a_problem_without_rows_is_solved():
         lambda _: np.zeros(0),
         (nothing, nothing),
         lambda _: np.zeros(0),
-        lambda _, factor, __: np.array([[2.0 * factor]]),
+        lambda _, factor, *__: np.array([[2.0 * factor]]),
     )
     end = minimise(problem, numbers(0.9), TIGHT)
     assert end.solved
@@ -274,7 +276,9 @@ def test_where_nothing_is_feasible_it_says_so():
         rows=lambda x: np.repeat(plain.rows(x), 2),
         jacobian_entries=(np.array([0, 0, 1, 1]), columns),
         jacobian=lambda x: np.tile(plain.jacobian(x), 2),
-        hessian=lambda x, factor, y: plain.hessian(x, factor, numbers(y.sum())),
+        hessian=lambda x, factor, *of_rows: plain.hessian(
+            x, factor, *(numbers(given.sum()) for given in of_rows)
+        ),
     )
     assert len(rows) == 4
     end = minimise(problem, VALLEY_START, replace(TIGHT, most_iterations=200))
@@ -303,8 +307,9 @@ def test_a_trial_point_that_cannot_be_computed_shortens_the_step():
             plain,
             cost=fenced(result),
             gradient=lambda x: plain.gradient(x) + numbers(0.1 / (0.5 - x[0]), 0.0),
-            hessian=lambda x, factor, y: (
-                plain.hessian(x, factor, y) + factor * np.diag([0.1 / (0.5 - x[0]) ** 2, 0.0])
+            hessian=lambda x, factor, *of_rows: (
+                plain.hessian(x, factor, *of_rows)
+                + factor * np.diag([0.1 / (0.5 - x[0]) ** 2, 0.0])
             ),
         )
         ends.append(minimise(problem, VALLEY_START, TIGHT))
@@ -336,7 +341,9 @@ def bowl(rows=True, factor=1.0):
         lambda x: x[:m],
         (np.zeros(m, dtype=int), np.zeros(m, dtype=int)),
         lambda _: np.ones(m),
-        lambda x, weight, _: np.diag(weight * factor * (1.0 + x**2) ** -1.5),
+        lambda x, weight, _, springs: np.diag(
+            weight * factor * (1.0 + x**2) ** -1.5 + springs.sum()
+        ),
     )
 
 
@@ -354,7 +361,7 @@ def test_large_numbers_are_no_error(start):
         bowl(),
         cost=lambda x: np.exp(x[0]) - x[0],
         gradient=lambda x: np.exp(x) - 1.0,
-        hessian=lambda x, weight, _: np.diag(weight * np.exp(x)),
+        hessian=lambda x, weight, _, springs: np.diag(weight * np.exp(x) + springs),
     )
     end = minimise(problem, numbers(start), replace(TIGHT, most_iterations=1000))
     assert end.solved
@@ -441,10 +448,11 @@ def test_the_filter_forgets_when_the_barrier_falls(monkeypatch):
 def test_the_barriers_of_a_solve_are_those_of_its_schedule(monkeypatch, schedule):
     """A stage ends as soon as its error is small enough; the last asks for a tenth of the goal."""
     step, seen, ended = InteriorPoint.step, [], []
-    cold = COLD if schedule is WARM else schedule
+    warm = schedule == WARM
+    cold = COLD if warm else schedule
 
     def over(method, state, barrier):
-        return error(method.bounds, state, barrier).largest <= schedule.patience * barrier
+        return remaining(method.bounds, state).of(barrier).largest <= schedule.patience * barrier
 
     def noted(self, state, barrier, damping, filtered):
         ended.append([over(self, state, earlier) for earlier in (*seen[-1:], barrier)])
@@ -453,7 +461,7 @@ def test_the_barriers_of_a_solve_are_those_of_its_schedule(monkeypatch, schedule
 
     first = minimise(valley(), VALLEY_START, TIGHT)
     monkeypatch.setattr(InteriorPoint, "step", noted)
-    duals = first.duals if schedule is WARM else None
+    duals = first.duals if warm else None
     end = minimise(valley(), VALLEY_START, TIGHT, duals, cold)
     assert end.solved
     assert seen[0] == schedule.first
@@ -469,7 +477,7 @@ def test_a_warm_start_that_begins_anew_is_a_cold_one(monkeypatch):
     step, seen = InteriorPoint.step, []
 
     def refuse_once(self, state, barrier, damping, filtered):
-        seen.append((barrier, error(self.bounds, state, barrier).largest))
+        seen.append((barrier, remaining(self.bounds, state).of(barrier).largest))
         return None if len(seen) == 1 else step(self, state, barrier, damping, filtered)
 
     duals = minimise(valley(), VALLEY_START, TIGHT).duals
@@ -507,3 +515,43 @@ def test_little_damping_is_first_left_away():
     little, much = 0.5 * UNDAMPED, 2.0 * UNDAMPED
     assert method.step(state, 0.1, little, Filter())[1] == pytest.approx(little / 3.0)
     assert method.step(state, 0.1, much, Filter())[1] >= much / 10.0 > 0.0
+
+
+def ring_of_bowls(m=12, w=3, b=2):
+    """Bowls that are curved downwards on top, tied to their neighbours in a ring; one is fixed."""
+    rng = np.random.default_rng(0)
+    blocks = 0.02 * rng.normal(size=(m, w + 1, b, b))
+    ties, target = CyclicBand(blocks).dense(), rng.uniform(-2.0, 2.0, m * b)
+
+    def second(x):
+        found = blocks.copy()
+        found[:, 0, np.arange(b), np.arange(b)] += (1.5 * x**2 - 0.5).reshape(m, b)
+        return CyclicBand(found)
+
+    lower, upper = np.full(m * b, -1.2), np.full(m * b, 1.2)
+    lower[5] = upper[5] = 0.3
+    return NonlinearProgram(
+        *(lower, upper, np.zeros(0), np.zeros(0)),
+        lambda x: x @ ties @ x / 2.0 + np.sum(x**4 / 4.0 - x**2 / 2.0) - target @ x,
+        lambda x: ties @ x + x**3 - x - target,
+        lambda _: np.zeros(0),
+        (np.zeros(0, dtype=int), np.zeros(0, dtype=int)),
+        lambda _: np.zeros(0),
+        lambda x, *_: second(x),
+    )
+
+
+@pytest.mark.parametrize("fixed", ["one", "none", "the same of every block"])
+def test_second_derivatives_may_come_as_a_ring_of_blocks(fixed):
+    """Steps and end are those of the dense matrix."""
+    problem = ring_of_bowls()
+    if fixed != "one":
+        problem.lower[5], problem.upper[5] = -1.2, 1.2
+    if fixed == "the same of every block":
+        problem.lower[1::2] = problem.upper[1::2] = 0.3
+    dense = replace(problem, hessian=lambda *given: problem.hessian(*given).dense())
+    found, expected = (minimise(p, np.zeros(24), TIGHT) for p in (problem, dense))
+    assert found.solved
+    assert found.iterations == expected.iterations > 3
+    np.testing.assert_allclose(found.x, expected.x, atol=1e-10)
+    np.testing.assert_allclose(left(problem, found), 0.0, atol=1e-8)

@@ -5,7 +5,9 @@ import pytest
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from walks import BACKPACK, central_difference, near_walk, scenario
 
-from human_gait.problem.program import COST_SCALE, build_program
+from human_gait.problem.drake import tell_sparsity
+from human_gait.problem.program import build_program
+from human_gait.problem.units import COST_SCALE
 
 SCENARIOS = {
     "normal": scenario(step_length=0.7),
@@ -24,9 +26,15 @@ SCENARIOS = {
 }
 ALL_ROWS = {"posture.limbs": "apart", "posture.swing_knee": "bent"}
 SCENARIOS = {name: task.replace(ALL_ROWS) for name, task in SCENARIOS.items()}
-NAMES = [
-    constraint.name for constraint in build_program(SCENARIOS["normal"]).with_friction().constraints
-]
+
+
+def with_all_rows(task):
+    return build_program(task).with_friction().with_strength()
+
+
+CONSTRAINTS = with_all_rows(SCENARIOS["normal"]).constraints
+NAMES = [constraint.name for constraint in CONSTRAINTS]
+CURVED = [constraint.name for constraint in CONSTRAINTS if not constraint.linear]
 TOLERANCE = 1e-6  # of the largest slope: rounding leaves about 1e-10 of the values over 1e-6
 
 
@@ -34,7 +42,7 @@ class Problem:
     """A program, a point near a walk and directions that move every control point."""
 
     def __init__(self, task):
-        self.program = build_program(task).with_friction()
+        self.program = with_all_rows(task)
         self.free, self.unit = near_walk(self.program), self.program.unit
         self.variables = self.free / self.unit
         self.directions = self._directions()
@@ -52,8 +60,9 @@ class Problem:
 
     def all_rows(self, free):
         """All residuals and the cost, one after the other."""
-        rows = [self.program.residual(c, free)[0] for c in self.program.constraints]
-        return np.concatenate([*rows, [self.program.cost(free)[0]]])
+        rows = [self.program.rows(c, free).value for c in self.program.constraints]
+        once = [(term, 1.0) for term in self.program.terms]
+        return np.concatenate([*rows, [self.program.functions.value(free, once)]])
 
 
 @pytest.fixture(params=SCENARIOS.values(), ids=SCENARIOS, scope="module")
@@ -103,7 +112,8 @@ def test_the_sparsity_pattern_is_sparse(problem, name):
     assert pattern.mean() < 0.5
 
 
-def test_the_solver_gets_the_pattern(problem):
+def test_drakes_solvers_get_the_pattern(problem):
+    tell_sparsity(problem.program.torques.prog)
     for constraint, binding in bindings(problem):
         if not constraint.linear:
             rows, columns = np.nonzero(entries(problem, constraint))
@@ -155,11 +165,6 @@ def test_drake_may_differentiate_along_any_seed(problem, n_seeds):
     np.testing.assert_allclose(found, expected, rtol=1e-11)
 
 
-CURVED = [
-    c.name for c in build_program(SCENARIOS["normal"]).with_friction().constraints if not c.linear
-]
-
-
 @pytest.mark.parametrize("name", [*CURVED, "cost", "all"])
 def test_second_derivatives(problem, name):
     """Of each constraint with random multipliers, of the cost, and of all together."""
@@ -175,12 +180,24 @@ def test_second_derivatives(problem, name):
         return cost_factor * program.cost(free)[1] + sum(leans)
 
     terms = [(term, cost_factor) for term in program.terms]
-    rows = zip(curved, multipliers, strict=True)
-    second = program.functions.hessian(problem.free, terms, rows)
+    rows = [(c, y, 0.0 * y) for c, y in zip(curved, multipliers, strict=True)]
+    second = program.functions.hessian(problem.free, terms, rows).dense()
     np.testing.assert_allclose(second, second.T, atol=1e-13 * np.abs(second).max())
     along = np.random.default_rng(6).normal(size=(len(problem.free), 3))
     slopes = central_difference(gradient, problem.free, along)
     assert worst(second @ along, slopes) < 1e-5
+
+
+def test_second_derivatives_by_rows_are_products_of_their_gradients(problem):
+    """J^T diag(s) J of each constraint, the springs s of either sign."""
+    program, rng = problem.program, np.random.default_rng(7)
+    for constraint in program.constraints:
+        _, J = program.residual(constraint, problem.free)
+        springs = rng.normal(size=len(J))
+        rows = [(constraint, 0.0 * springs, springs)]
+        found = program.functions.hessian(problem.free, [], rows).dense()
+        expected = J.T @ (springs[:, None] * J)
+        assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max(), constraint.name
 
 
 def test_no_variable_is_much_stiffer_than_another(problem):

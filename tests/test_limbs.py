@@ -105,7 +105,7 @@ def test_the_distance_is_that_of_the_nearest_points():
     share = np.linspace(0.0, 1.0, 201)[:, None]
     one, other = (x[..., None, :] + share * y[..., None, :] for x, y in ((p, u), (q, v)))
     tried = np.linalg.norm(one[..., :, None, :] - other[..., None, :, :], axis=-1).min(axis=(2, 3))
-    nearest = limbs._apart(p, u, q, v)
+    nearest = limbs._apart(*(x.T for x in (p, u, q, v))).T
     assert np.all(nearest <= tried + 1e-12)
     assert np.all(tried - nearest < 0.02)
 

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from walks import BACKPACK, central_difference, near_walk, scenario
 
+from human_gait.newton.matrix import matrix_of
 from human_gait.newton.nonlinear_program import Duals
 from human_gait.problem.constraints import LIMITS, SYMMETRY
-from human_gait.problem.program import COST_SCALE, build_program
+from human_gait.problem.program import build_program
+from human_gait.problem.units import COST_SCALE
 from human_gait.solving.mathematical_program import ProgramFunctions
 
 TASKS = {
@@ -39,6 +41,11 @@ class Case:
         dense = np.zeros((len(self.problem.row_lower), len(x)))
         np.add.at(dense, self.problem.jacobian_entries, self.problem.jacobian(x))
         return dense
+
+    def hessian(self, factor, multipliers, curvature=None):
+        """Second derivatives of factor * cost + multipliers * rows and J' diag(curvature) J."""
+        curvature = np.zeros_like(multipliers) if curvature is None else curvature
+        return matrix_of(self.problem.hessian(self.x, factor, multipliers, curvature)).dense()
 
     def named(self, duals):
         """Duals by description of the constraint, in Drake's sign."""
@@ -132,9 +139,26 @@ def test_the_hessian_is_the_slope_of_the_gradients(case, of):
     def gradient(x):
         return factor * case.problem.gradient(x) + multipliers @ case.jacobian(x)
 
-    found = case.problem.hessian(case.x, factor, multipliers) @ case.directions
+    found = case.hessian(factor, multipliers) @ case.directions
     slopes = central_difference(gradient, case.x, case.directions)
     assert worst(found, slopes) < 1e-5
+
+
+def test_the_curvature_of_every_row_comes_with_its_gradient_twice(case):
+    """J' diag(curvature) J, of rows that are linear in the variables too."""
+    rng = np.random.default_rng(4)
+    multipliers, J = case.random_duals().rows, case.jacobian(case.x)
+    for part in case.bindings:
+        on = by_row(case, part)
+        curvature = on * rng.uniform(0.1, 9.0, len(on))
+        found = case.hessian(1.0, multipliers, curvature) - case.hessian(1.0, multipliers)
+        assert worst(found, J.T @ (curvature[:, None] * J)) < 1e-9
+
+
+def by_row(case, binding):
+    """1 for the rows of a binding, 0 for all others."""
+    sizes = [b.evaluator().num_constraints() for b in case.bindings]
+    return np.repeat([float(b is binding) for b in case.bindings], sizes)
 
 
 def test_with_friction_too():
@@ -143,7 +167,7 @@ def test_with_friction_too():
     names = [b.evaluator().get_description() for b in case.bindings]
     assert "sliding friction" in names
     multipliers = case.random_duals().rows
-    found = case.problem.hessian(case.x, 1.0, multipliers) @ case.directions
+    found = case.hessian(1.0, multipliers) @ case.directions
     slopes = central_difference(
         lambda x: case.problem.gradient(x) + multipliers @ case.jacobian(x),
         case.x,
@@ -154,11 +178,11 @@ def test_with_friction_too():
 
 def test_second_derivatives_are_symmetric_and_in_an_array_of_their_own(case):
     multipliers = case.random_duals().rows
-    first, again = (case.problem.hessian(case.x, 1.0, multipliers) for _ in range(2))
+    first, again = (case.hessian(1.0, multipliers) for _ in range(2))
     assert first is not again
     assert worst(first, first.T) < 1e-12
     first[:] = np.nan
-    assert np.all(np.isfinite(case.problem.hessian(case.x, 1.0, multipliers)))
+    assert np.all(np.isfinite(case.hessian(1.0, multipliers)))
 
 
 def test_the_dynamics_is_evaluated_once_for_all_functions_of_a_point(case):
@@ -168,7 +192,7 @@ def test_the_dynamics_is_evaluated_once_for_all_functions_of_a_point(case):
     case.problem.gradient(x)
     case.problem.rows(x)
     case.problem.jacobian(x)
-    case.problem.hessian(x, 1.0, duals.rows)
+    case.problem.hessian(x, 1.0, duals.rows, np.abs(duals.rows))
     assert case.program.functions.evaluations <= before + 1
 
 

@@ -7,32 +7,28 @@ import pytest
 from small_problems import random_quadratic
 
 from human_gait.newton.interior_point import InteriorPoint
-from human_gait.newton.newton_step import PROXIMAL, blocks_of, condensed
-
-
-def test_rows_with_the_same_columns_or_some_of_them_share_a_block():
-    """Every row is in one block, whose columns are all of its own and few others."""
-    entries = (
-        np.array([0, 0, 0, 1, 1, 2, 2, 3, 4, 4]),
-        np.array([0, 1, 2, 2, 1, 5, 3, 5, 6, 6]),
-    )
-    blocks = blocks_of(entries)
-    as_lists = [(list(rows), np.arange(9)[columns].tolist()) for rows, columns in blocks]
-    assert as_lists == [([0, 1], [0, 1, 2]), ([2, 3], [3, 5]), ([4], [6])]
-    assert isinstance(blocks[0][1], slice)
-    assert not isinstance(blocks[1][1], slice)
+from human_gait.newton.newton_step import PROXIMAL
 
 
 def dense_hessian(problem, state):
     """Second derivatives of the Lagrangian of a state."""
-    return problem.hessian(state.point.x, 1.0, state.y)
+    return problem.hessian(state.point.x, 1.0, state.y, 0.0 * state.y)
 
 
 def undamped_step(method, state, barrier):
     """The whole Newton step, factorised by another routine."""
-    system = method.system(state, barrier)
-    upper = np.triu(system.matrix)
-    return system.step(np.linalg.cholesky(upper + np.triu(upper, 1).T))
+    return method.system(state, barrier).step(Inverted(method, state, barrier))
+
+
+class Inverted:
+    """What stands for a factor: the matrix and the springs of the variables, solved directly."""
+
+    def __init__(self, method, state, barrier):
+        system, moving = method.system(state, barrier), ~method.bounds.equal[: method.bounds.n]
+        self._matrix = system.matrix.dense() + np.diag(system.curvature[: len(moving)][moving])
+
+    def solve(self, right):
+        return np.linalg.solve(self._matrix, right)
 
 
 def sparse_rows():
@@ -44,25 +40,17 @@ def sparse_rows():
     return J, (rows, columns)
 
 
-def test_the_matrix_of_a_step_is_the_dense_one():
-    """H + S_x + J' S_s J, its upper triangle, with blocks that overlap."""
-    rng, (J, entries) = np.random.default_rng(1), sparse_rows()
-    H, curvature = rng.normal(size=(10, 10)), rng.uniform(0.1, 9.0, 18)
-    H += H.T
-    expected = H + np.diag(curvature[:10]) + J.T @ (curvature[10:, None] * J)
-    assert len(blocks_of(entries)) > 1
-    got = condensed(H.copy(), J, curvature, blocks_of(entries))
-    np.testing.assert_allclose(np.triu(got), np.triu(expected), atol=1e-12)
-
-
 def test_the_matrix_of_a_state_has_the_springs_of_its_barriers():
-    """Multiplier / distance on each side that is bounded; a fixed variable is apart."""
+    """Multiplier / distance on each side that is bounded; a fixed variable is not in it."""
     J, entries = sparse_rows()
+    problem = random_quadratic(1, np.linspace(-1.0, 5.0, 10))
+    curved = problem.hessian
     problem = replace(
-        random_quadratic(1, np.linspace(-1.0, 5.0, 10)),
+        problem,
         rows=lambda x: J @ x,
         jacobian_entries=entries,
         jacobian=lambda _: J[entries],
+        hessian=lambda *given: curved(*given[:3], np.zeros(8)) + J.T @ (given[3][:, None] * J),
     )
     problem.lower[3] = problem.upper[3] = 0.1
     method = InteriorPoint(problem)
@@ -75,9 +63,25 @@ def test_the_matrix_of_a_state_has_the_springs_of_its_barriers():
         springs = state.low / (state.inside - lower) + state.high / (upper - state.inside)
     springs[equal] = 1.0 / PROXIMAL
     np.testing.assert_allclose(got.curvature, springs)
-    dense = dense_hessian(problem, state) + np.diag(springs[:10]) + J.T @ (springs[10:, None] * J)
-    dense[3] = dense[:, 3] = np.eye(10)[3]
-    np.testing.assert_allclose(np.triu(got.matrix), np.triu(dense), rtol=1e-12, atol=1e-8)
+    dense = dense_hessian(problem, state) + J.T @ (springs[10:, None] * J)
+    left = np.delete(np.delete(dense, 3, axis=0), 3, axis=1)
+    np.testing.assert_allclose(got.matrix.dense(), left, rtol=1e-12, atol=1e-8)
+    springs, right = np.delete(springs[:10], 3), np.random.default_rng(2).normal(size=9)
+    np.testing.assert_allclose(
+        (left + np.diag(springs + 2.0)) @ got.factor(2.0).solve(right), right, atol=1e-5
+    )
+
+
+def test_fixed_variables_stay_and_stop_no_other():
+    """The step of the others is that of a problem in which they are numbers."""
+    problem = random_quadratic(4, np.linspace(0.5, 5.0, 10))
+    problem.lower[[1, 6]] = problem.upper[[1, 6]] = 0.1
+    method = InteriorPoint(problem)
+    state = method.start(np.full(10, 0.2), None, 0.1)
+    system = method.system(state, 0.1)
+    step = system.step(system.factor(0.3))
+    np.testing.assert_array_equal(step.inside[[1, 6]], 0.0)
+    assert np.all(step.inside[[0, 2, 3, 4, 5, 7, 8, 9]] != 0.0)
 
 
 def test_a_matrix_without_a_minimum_has_no_factor_until_it_is_damped():
@@ -87,12 +91,12 @@ def test_a_matrix_without_a_minimum_has_no_factor_until_it_is_damped():
     problem.lower[:], problem.upper[:] = -np.inf, np.inf
     method = InteriorPoint(problem)
     system = method.system(method.start(np.zeros(10), None, 0.1), 0.1)
-    before = system.matrix.copy()
-    assert system.factor(0.0) is None
-    assert system.factor(8.9) is None
-    L = np.tril(system.factor(9.1))
-    np.testing.assert_array_equal(system.matrix, before)
-    np.testing.assert_allclose(L @ L.T, before + 9.1 * np.eye(10), atol=1e-12)
+    before = system.matrix.dense().copy()
+    assert 0.0 < system.factor(0.0) <= 9.0
+    assert 0.0 < system.factor(8.9) <= 0.1 + 1e-12
+    inverse = np.stack([system.factor(9.1).solve(unit) for unit in np.eye(10)])
+    np.testing.assert_array_equal(system.matrix.dense(), before)
+    np.testing.assert_allclose(inverse @ (before + 9.1 * np.eye(10)), np.eye(10), atol=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -88,7 +88,8 @@ def slopes_agree(program, terms=(), constraints=(), hessian=True):
 
     assert worst(gradient(free) @ along, central_difference(value, free, along)) < 1e-6
     if hessian:
-        found = functions.hessian(free, [(term, 1.0) for term in terms], weighted)
+        rows = [(c, m, 0.0 * m) for c, m in weighted]
+        found = functions.hessian(free, [(term, 1.0) for term in terms], rows).dense()
         np.testing.assert_allclose(found, found.T, atol=1e-10 * np.abs(found).max())
         assert worst(found @ along, central_difference(gradient, free, along)) < 1e-5
 
@@ -115,14 +116,14 @@ def test_a_squared_cost_has_the_second_derivatives_of_gauss_and_newton(task):
 
     term = RunningCost("distance", apart, weight=300.0).term()
     along = np.random.default_rng(2).normal(size=(len(free), 4))
-    found = program.functions.hessian(free, [(term, 1.0)], []) @ along
+    found = program.functions.hessian(free, [(term, 1.0)], []).dense() @ along
     slopes = central_difference(lambda at: program.functions.cost([term], at)[1], free, along)
     assert worst(found, slopes) < 1e-5
 
 
 def motion_of(program, free):
     now = program.instants(free)
-    return Motion(now.t, now.q, now.v, now.a, now.muscle_torque.value)
+    return Motion(now.t, now.q, now.v, now.a, now.muscle_torque)
 
 
 def test_derivatives_of_rates_of_torques_couple_neighbouring_instants(task):
@@ -134,7 +135,7 @@ def test_the_rate_of_torque_is_that_of_the_differences(task):
     """Of a whole step, the last difference to the mirror image of its beginning."""
     program = build_program(task)
     free, term = near_walk(program), torque_rate(program)
-    tau = program.instants(free).muscle_torque.value
+    tau = program.instants(free).muscle_torque
     dt = program.times[1]
     if program.basis.mirrored:
         tau = np.vstack([tau, MIRROR_SIGN * tau[0, MIRROR_INDEX]])
@@ -298,7 +299,7 @@ def test_functions_cannot_write_into_the_walk(part):
         own = replace(PathConstraint("own", plain, upper=2.0), **changes)
         with pytest.raises(ValueError, match="read-only"):
             own.constraint(now)
-    assert all(given.flags.writeable for given in (now.q, now.v, now.a, now.muscle_torque.value))
+    assert all(given.flags.writeable for given in (now.q, now.v, now.a, now.muscle_torque))
 
 
 WRONG = {

@@ -1,4 +1,6 @@
 import sys
+from io import BytesIO
+from itertools import combinations
 
 import matplotlib as mpl
 import numpy as np
@@ -53,6 +55,31 @@ def test_every_axis_has_a_unit(figures):
     assert "[%]" in figures["joint_angles"].get_supxlabel()
     assert "[deg]" in figures["joint_angles"].get_supylabel()
     assert figures["stick_diagram"].axes[0].texts[-1].get_text().endswith(" m")
+
+
+@pytest.mark.parametrize("name", PLOTS)
+def test_panels_with_all_their_texts_are_whole_and_apart(figures, name):
+    """Where they are is fixed: nothing makes room for a longer text."""
+    figure = figures[name]
+    figure.draw_without_rendering()
+    texts = [text.get_window_extent() for text in figure.texts if text.get_text()]
+    boxes = texts + [ax.get_tightbbox() for ax in figure.axes]
+    assert len(texts) == {"joint_angles": 2, "stick_diagram": 1}.get(name, 0)
+    for box in boxes:
+        np.testing.assert_array_less(figure.bbox.min - 1.0, box.min)
+        np.testing.assert_array_less(box.max, figure.bbox.max + 1.0)
+    pairs = (mpl.transforms.Bbox.intersection(*pair) for pair in combinations(boxes, 2))
+    shared = [np.ptp(both.get_points(), axis=0).min() for both in pairs if both]
+    assert max(shared, default=0.0) <= 1.0
+
+
+def test_a_picture_is_what_matplotlib_would_save():
+    """It draws one whose parts it arranges twice."""
+    content, failed = BytesIO(), with_story(GAIT, False)
+    plot(failed, "zmp").savefig(content, format="png")
+    saved, ours = (Image.open(one) for one in (content, BytesIO(plot(failed, "zmp").png())))
+    np.testing.assert_array_equal(np.asarray(saved), np.asarray(ours))
+    assert saved.info["dpi"] == ours.info["dpi"]
 
 
 def test_torques_are_those_of_the_gait_cycle(figures):

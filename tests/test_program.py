@@ -5,6 +5,7 @@ import pytest
 from walks import BACKPACK, near_walk, scenario
 
 from human_gait.body.skeleton import index, mirror
+from human_gait.exceptions import ScenarioError
 from human_gait.problem.program import build_program
 
 TASKS = {
@@ -60,8 +61,8 @@ def test_the_units_of_the_variables_do_not_depend_on_the_engine(pair):
 
 def test_the_torques_do_not_depend_on_the_engine(pair):
     expected, found = (program.instants(pair.free) for program in pair.programs)
-    assert_same(found.torque.value, expected.torque.value)
-    assert_same(found.muscle_torque.value, expected.muscle_torque.value)
+    assert_same(found.torque, expected.torque)
+    assert_same(found.muscle_torque, expected.muscle_torque)
 
 
 def test_a_stage_is_built_from_nothing_that_was_evaluated_before(pair):
@@ -128,3 +129,68 @@ def test_units_follow_the_weights_of_the_objective():
     )
     assert np.any(plain != weighted)
     np.testing.assert_array_equal(np.log2(plain) % 1.0, 0.0)  # powers of two
+
+
+# --- moved to another scenario
+
+MOVED = {
+    "faster": {"speed": 1.3},
+    "longer": {"step_length": 0.7},
+    "heavier": {"load": BACKPACK | {"mass": 12.0}},
+    "other feet": {"ground.ball": "toes"},
+    "rougher": {"tolerances.pelvis_speed": 0.2},
+}
+
+
+@pytest.mark.parametrize("changes", MOVED.values(), ids=MOVED)
+def test_a_moved_problem_is_the_one_that_is_built_from_nothing(changes):
+    """Costs, rows and linear rows in control points; the units may be others."""
+    before = build_program(scenario(control_points=6, load=BACKPACK))
+    task = before.scenario.replace(changes)
+    moved, anew = before.moved_to(task), build_program(task)
+    assert moved.scenario == task
+    np.testing.assert_array_equal(moved.unit, before.unit)
+    free = near_walk(anew)
+    for expected, found in zip(anew.cost(free), moved.cost(free), strict=True):
+        assert_same(found, expected, 1e-12)
+    for one, other in zip(anew.constraints, moved.constraints, strict=True):
+        assert_same(other.lower, one.lower, 1e-12)
+        for expected, found in zip(
+            anew.residual(one, free), moved.residual(other, free), strict=True
+        ):
+            assert_same(found, expected, 1e-12)
+    for expected, found in zip(rows_at(anew, free), rows_at(moved, free), strict=True):
+        assert_same(found, expected, 1e-12)
+
+
+def rows_at(program, free):
+    """How far the linear rows of the MathematicalProgram are from their bounds."""
+    found = []
+    for binding in program.torques.prog.linear_constraints():
+        rows = binding.evaluator()
+        value = rows.GetDenseA() @ (free / program.unit)
+        found += [value - rows.lower_bound(), value - rows.upper_bound()]
+    return found
+
+
+def test_a_problem_with_other_splines_is_not_moved_but_built():
+    before = build_program(scenario(control_points=6))
+    moved = before.moved_to(scenario(control_points=7))
+    assert len(moved.variables) == 4 * 55
+    np.testing.assert_array_equal(moved.unit, build_program(scenario(control_points=7)).unit)
+
+
+def test_a_moved_problem_refuses_what_no_walk_can_keep():
+    before = build_program(scenario(control_points=6))
+    with pytest.raises(ScenarioError, match="leaves no walk"):
+        before.moved_to(before.scenario.replace({"limits.knee_flexion_r": [0.0, 5.0]}))
+
+
+def test_only_the_same_body_is_kept():
+    before = build_program(scenario(control_points=6))
+    faster = before.moved_to(before.scenario.replace(speed=1.3)).functions.walker
+    fuller = before.moved_to(before.scenario.replace({"load.mass": 9.0})).functions.walker
+    assert faster._dynamics is before.functions.walker._dynamics
+    assert faster.plan.walk.speed == 1.3
+    assert fuller._dynamics is not before.functions.walker._dynamics
+    assert fuller.body.load.mass == 9.0

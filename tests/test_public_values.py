@@ -15,8 +15,8 @@ import human_gait as hg
 
 MOST_BYTES = 50_000
 MOST_LINES, WIDTH = 15, 100
-HOLDERS = {"GaitProgram", "NewtonSolver"}
-"""Classes that are no values: a problem holds what solvers have of it."""
+HOLDERS = {"GaitProgram", "NewtonSolver", "Predictor"}
+"""Classes that are no values: a problem holds what solvers have of it, a predictor problems."""
 
 
 def knee(motion):

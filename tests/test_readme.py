@@ -59,6 +59,7 @@ STANDS_FOR = {
 OWN = {
     "--from": "normal",
     "--seed": "1",
+    "--starts": "2",
     "--time-limit": "200",
     "--solver": "newton",
     "--dynamics": "pinocchio",

@@ -738,7 +738,7 @@ def test_it_can_be_made_again(three, one_page, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     Path("load 0.toml").write_text(scenario)
     monkeypatch.setattr(
-        "human_gait.prediction.predict_to_folder", lambda *given: calls.append(given) or True
+        "human_gait.prediction.predict_to_folder", lambda *given, **_: calls.append(given) or True
     )
     assert cli.run(arguments) == 0
     task = load_record(three[0]).gait.scenario

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from human_gait.newton.second_order import Alone, Linear, QuadraticForm, by_differences
+from human_gait.newton.matrix import matrix_of
+from human_gait.newton.second_order import Alone, Linear, QuadraticForm, Weighted, by_differences
 
 N, M = 5, 3
 RNG = np.random.default_rng(0)
@@ -66,7 +67,19 @@ def second_derivatives_agree(function, x=X):
     """Of multipliers * rows with the slopes of their gradient."""
     y = multipliers_of(function)
     expected = slopes(lambda at: y @ dense(function, at), x)
-    np.testing.assert_allclose(function.family.hessian(x, [(function, y)]), expected, atol=1e-6)
+    found = second(function, x, [weighted(function, y)])
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+def second(function, x, members):
+    """Second derivatives of members of a function's family, dense."""
+    return matrix_of(function.family.hessian(x, members)).dense()
+
+
+def weighted(function, multipliers, curvature=None):
+    """A function with multipliers, and curvature if there is any."""
+    curvature = np.zeros_like(multipliers) if curvature is None else curvature
+    return Weighted(function, multipliers, curvature)
 
 
 def first_derivatives_agree(function, x=X):
@@ -88,15 +101,26 @@ def test_multipliers_of_the_same_function_are_added(name):
     """A program may hold a function twice: as a cost and as a constraint, say."""
     function = FUNCTIONS[name]
     one, two = multipliers_of(function, 3), multipliers_of(function, 4)
-    together = function.family.hessian(X, [(function, one), (function, two)])
-    at_once = function.family.hessian(X, [(function, one + two)])
+    together = second(function, X, [weighted(function, one), weighted(function, two)])
+    at_once = second(function, X, [weighted(function, one + two)])
     np.testing.assert_allclose(together, at_once, atol=1e-6)
     assert name == "linear" or np.abs(at_once).max() > 0.1
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
+def test_the_curvature_of_a_row_comes_with_its_gradient_twice(name):
+    """J' diag(curvature) J, added to multipliers * rows; of a function that is given twice too."""
+    function, y = FUNCTIONS[name], multipliers_of(FUNCTIONS[name])
+    s, J = np.arange(1.0, len(y) + 1.0), dense(function, X)
+    plain = second(function, X, [weighted(function, y)])
+    parts = [weighted(function, y, s), weighted(function, 0.0 * y, 2.0 * s)]
+    found = second(function, X, parts) - plain
+    np.testing.assert_allclose(found, J.T @ (3.0 * s[:, None] * J), atol=1e-10)
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
 def test_without_multipliers_there_are_no_second_derivatives(name):
-    found = FUNCTIONS[name].family.hessian(X, [])
+    found = second(FUNCTIONS[name], X, [])
     np.testing.assert_array_equal(found, np.zeros((N, N)), strict=True)
 
 
@@ -181,8 +205,8 @@ def test_the_multipliers_of_rows_pick_their_rows():
     """A second derivative of each row alone, and nothing where all are 0."""
     for row, unit in enumerate(np.eye(M)):
         expected = slopes(lambda at, row=row: waves_jacobian(at)[row], X)
-        np.testing.assert_allclose(WAVES.hessian(X, [(WAVES, unit)]), expected, atol=1e-6)
-    assert not np.any(WAVES.hessian(X, [(WAVES, np.zeros(M))]))
+        np.testing.assert_allclose(second(WAVES, X, [weighted(WAVES, unit)]), expected, atol=1e-6)
+    assert not np.any(second(WAVES, X, [weighted(WAVES, np.zeros(M))]))
 
 
 def test_every_function_is_its_own_family():

@@ -1,311 +1,243 @@
-"""Medians, ratios, tables and taking up again of the benchmark of speed; the clock of the parts."""
+"""Turns, medians, ratios, claims and tables of the benchmark of speed, and its processes."""
 
-import argparse
-import json
-from itertools import pairwise
+import itertools
+import os
+import sys
+import time
+from collections import defaultdict
+from pathlib import Path
 
 import pytest
-from rich.console import Console
 from walks import BACKPACK, scenario
 
-from benchmarks.evaluation import PARTS, SEAM, Clock, budget, medians, parts_table, patched
-from benchmarks.one_solve import neighbour
-from benchmarks.speed import (
-    CHANGES,
-    GROWING,
-    KEYS,
-    Runs,
-    arguments,
-    cells,
-    cold_table,
-    growth,
-    growth_table,
+from benchmarks import speed
+from benchmarks.limit import counted, flops
+from benchmarks.speed import HERE, Task, Worker, baseline, cpu, measured, run, tasks
+from benchmarks.speed_table import (
+    BEFORE,
+    FASTER,
+    NOW,
+    PLAIN,
+    SAME,
+    Claim,
+    claims,
+    dearer,
+    faster,
+    grown,
+    median,
+    picture,
     ratio,
     report,
-    run,
-    summary,
-    warm_table,
 )
-from human_gait.problem import drake, program
-from human_gait.problem.transcription import Transcription
-from human_gait.scenario import Scenario
+from benchmarks.speed_worker import TASKS, neighbour, task
+from human_gait.problem.grid import Half
+from human_gait.problem.program import build_program
 
-NEWTON = ("cold", "normal", "newton", "pinocchio", 8, 20)
-SNOPT = ("cold", "normal", "snopt", "pinocchio", 8, 20)
-LARGE = ("cold", "normal", "newton", "pinocchio", 20, 20)
-LONG = ("cold", "normal", "newton", "pinocchio", 8, 80)
-WARM = ("speed", "normal", "newton", "pinocchio", 8, 20)
-SLOW = ("speed", "normal", "snopt", "pinocchio", 8, 20)
-SOLVERS = ("newton", "snopt")
+SIDES = (BEFORE, NOW, PLAIN)
 
 
-def solve(seconds, success=True, **rest):
-    effort = {"iterations": 50, "evaluations": 60, "cost": 4000.0, "status": "optimal"}
-    times = {"seconds": seconds, "build_s": 0.5, "solve_s": seconds - 0.5}
-    size = {"variables": 275, "instants": 40}
-    return {"success": success, **effort, **times, **size, **rest}
-
-
-def result(seconds, warm=None, **rest):
-    solves = {"cold": solve(seconds, **rest)}
-    if warm:
-        solves = {"first": solve(seconds), **solves, "warm": solve(warm, iterations=10)}
-    return {"solves": solves, "peak_mb": 300.0, "imported_mb": 200.0}
-
-
-def made_up(folder, **by_name):
-    runs = Runs(folder)
-    for name, members in by_name.items():
-        for one in members:
-            runs.add(globals()[name], one)
-    return runs
-
-
-def printed(shown):
-    console = Console(width=200)
-    with console.capture() as text:
-        console.print(shown)
-    return text.get()
-
-
-def test_every_cell_is_wanted_once_and_cold_ones_come_first():
-    wanted = cells(arguments().parse_args([]))
-    assert len(wanted) == len(set(wanted))
-    kinds = [cell[0] for cell in wanted]
-    assert kinds == sorted(kinds, key=lambda kind: kind != "cold")
-    assert kinds.count("cold") == 2 * 4 * 2 * 3 + len(GROWING) - 1
-    assert {NEWTON, SNOPT, LARGE, LONG, WARM, SLOW} <= set(wanted)
-
-
-def test_one_thing_after_another_is_raised_for_newton_and_one_for_the_others():
-    wanted = cells(arguments().parse_args([]))
-    changed = {
-        (cell[1], solver): {other[0] for other in wanted if other[1:3] == (cell[1], solver)}
-        for cell in wanted
-        for solver in ("newton", "snopt")
+def runs_of(seconds, name="seconds"):
+    return {
+        key: {side: [{name: one} for one in each] for side, each in sides.items()}
+        for key, sides in seconds.items()
     }
-    assert changed["normal", "newton"] == {"cold", "speed", "step length"}
-    assert changed["backpack-40", "newton"] == {"cold", "speed", "step length", "load"}
-    assert changed["normal", "snopt"] == changed["backpack-40", "snopt"] == {"cold", "speed"}
 
 
-@pytest.mark.parametrize("change", CHANGES)
-def test_a_neighbour_differs_in_one_thing(change):
-    task = scenario(load=BACKPACK)
-    near = neighbour(task, change)
-    numbers = [
-        {"speed": one.walk.speed, "step length": one.walk.step_length, "load": one.load.mass}
-        for one in (task, near)
-    ]
-    ratios = {name: numbers[1][name] / numbers[0][name] for name in CHANGES}
-    assert ratios == pytest.approx(dict.fromkeys(CHANGES, 1.0) | {change: 1.05})
+def all_of_them(rounds=3):
+    """Return made-up answers of all tasks: the baseline takes ten times as long."""
+    found = defaultdict(lambda: defaultdict(list))
+    for number, one in itertools.product(range(rounds), tasks(rounds)):
+        for side in one.sides:
+            size = 10.0 if side == BEFORE else 1.0
+            names = "seconds found_seconds iteration_ms iterations first_ms second_ms gemm_gflops"
+            answered = dict.fromkeys([*names.split(), "walks", "memory_mb", "memory_then_mb"], size)
+            rest = {"cost": 4000.0, "converged": True, "flops": 1e8, "not_found": 0.0}
+            if number % one.every == 0:
+                found[one.key][side].append(answered | rest)
+    return found
 
 
-def test_few_cells_can_be_asked_for():
-    few = ["--scenarios", "normal", "--solvers", "snopt", "--control-points", "8"]
-    assert cells(arguments().parse_args([*few, "--dynamics", "pinocchio"])) == [SNOPT, SLOW]
+# Numbers
 
 
-def test_medians_count_the_walks(tmp_path):
-    runs = made_up(tmp_path, NEWTON=[result(3.0), result(9.0, success=False), result(4.0)])
-    found = summary(runs, NEWTON)
-    assert found["runs"] == 3
-    assert found["solves"]["cold"]["seconds"] == 4.0
-    assert found["solves"]["cold"]["solve_s"] == 3.5
-    assert found["solves"]["cold"]["walks"] == 2
-    assert "no walk 1/3" in printed(cold_table(runs, [NEWTON], SOLVERS))
-    assert "solves" not in summary(runs, SNOPT)
+def test_a_median_leaves_out_what_failed():
+    runs = runs_of({"cold 8": {NOW: [9.0, 1.0, 2.0]}})
+    runs["cold 8"][NOW].append({"error": "no memory"})
+    assert median(runs, "cold 8", NOW, "seconds") == 2.0
+    assert median(runs, "cold 8", BEFORE, "seconds") != median(runs, "cold 8", BEFORE, "seconds")
 
 
-def test_ratios_are_those_of_one_round(tmp_path):
-    newton, snopt = [2.0, 4.0, 3.0], [20.0, 44.0, 27.0]
-    runs = made_up(tmp_path, NEWTON=[result(s) for s in newton], SNOPT=[result(s) for s in snopt])
-    assert ratio(runs, SNOPT, NEWTON) == (10.0, False)
-    assert "10.0" in printed(cold_table(runs, [NEWTON, SNOPT], SOLVERS))
-    assert ratio(runs, NEWTON, LARGE) is None
+def test_ratios_are_those_of_one_round():
+    runs = runs_of({"cold 8": {BEFORE: [20.0, 44.0, 27.0], NOW: [2.0, 4.0, 3.0]}})
+    assert faster(runs, "cold 8") == 10.0
+    runs["cold 8"][BEFORE][1] = {"error": "no memory"}
+    assert ratio(runs, ("cold 8", BEFORE, "seconds"), ("cold 8", NOW, "seconds")) == 9.5
 
 
-def test_a_cell_over_the_limit_bounds_the_ratio(tmp_path):
-    runs = made_up(tmp_path, NEWTON=[result(4.0)], SNOPT=[{"over": 120.0}])
-    assert ratio(runs, SNOPT, NEWTON) == (30.0, True)
-    text = printed(cold_table(runs, [NEWTON, SNOPT], SOLVERS))
-    assert "over 120" in text
-    assert "> 30.0" in text
-    assert "over 120" in printed(warm_table(runs, [SLOW]))
+@pytest.mark.parametrize(("measure", "least", "held"), [(2.0, True, "yes"), (2.0, False, "NO")])
+def test_what_must_hold_is_a_least_or_a_most(measure, least, held):
+    assert Claim("", measure, 1.0, least).cells[3] == held
+    assert Claim("", 1.0 / measure, 1.0, not least).cells[3] == held
 
 
-def test_warm_solves_are_compared_side_by_side(tmp_path):
-    runs = made_up(tmp_path, WARM=[result(4.0, 1.0), result(6.0, 2.0), result(10.0, 2.5)])
-    assert summary(runs, WARM)["warm_ratio"] == 4.0
-    text = printed(warm_table(runs, [WARM]))
-    assert "6.00" in text
-    assert "10/60" in text
+def test_what_is_not_measured_holds_nothing():
+    for none in (None, float("nan")):
+        assert Claim("", none, 1.0).cells[1:4] == ["not measured", "at least 1", ""]
 
 
-def test_growth_starts_from_the_smallest(tmp_path):
-    long = result(12.0, iterations=75, instants=160)
-    runs = made_up(tmp_path, NEWTON=[result(4.0)], LARGE=[result(15.0)], LONG=[long])
-    rows = growth(runs, [LARGE, LONG, NEWTON, SNOPT])
-    assert [(row["grows"], row["size"]) for row in rows] == [
-        *(("control points", size) for size in (8, 20)),
-        *(("instants", size) for size in (40, 160)),
-    ]
-    points, instants = rows[1], rows[3]
-    assert points["against_linear"] == pytest.approx(15.0 / 4.0 / 2.5)
-    assert instants["relative"] == 3.0
-    assert instants["linear"] == 4.0
-    assert instants["step_against_linear"] == pytest.approx(3.0 / 1.5 / 4.0)
-    assert "3.75" in printed(growth_table(rows))
+@pytest.mark.parametrize("change", [0.0, -0.1, 1e-3])
+def test_a_cost_is_compared_where_both_converged(change):
+    runs = all_of_them()
+    for one in runs["cold 12"][NOW]:
+        one["cost"] *= 1.0 + change
+    assert dearer(runs, "cold 12") == pytest.approx(change)
+    (claim,) = (claim for claim in claims(runs) if "cost" in claim.what)
+    assert (claim.cells[3] == "yes") == (change <= SAME)
+    runs["cold 12"][NOW][0]["converged"] = False
+    assert dearer(runs, "cold 12") != dearer(runs, "cold 12")
 
 
-def test_a_run_goes_on_where_it_was_stopped(tmp_path):
-    """Round by round, each cell in turn; half a line is done again."""
-    asked = []
-
-    def runner(cell, _):
-        asked.append(cell)
-        if len(asked) == 4:
-            raise KeyboardInterrupt
-        return result(3.0)
-
-    wanted = [NEWTON, LARGE]
-    with pytest.raises(KeyboardInterrupt):
-        run(wanted, Runs(tmp_path), 3, 120.0, runner)
-    with (tmp_path / "runs.jsonl").open("a") as file:
-        file.write('{"kind": "cold"')
-    run(wanted, Runs(tmp_path), 3, 120.0, runner)
-    assert asked == [NEWTON, LARGE, NEWTON, LARGE, LARGE, NEWTON, LARGE]
-    lines = [json.loads(line) for line in (tmp_path / "runs.jsonl").read_text().splitlines()]
-    assert [tuple(line[key] for key in KEYS) for line in lines] == wanted * 3
-    run(wanted, Runs(tmp_path), 3, 120.0, runner)
-    assert len(asked) == 7
-
-
-def test_what_is_over_the_limit_is_not_run_again(tmp_path):
-    """Nor warm, but with a higher limit."""
-    asked = []
-
-    def runner(cell, limit):
-        asked.append(cell)
-        return result(3.0) if limit > 120.0 else {"over": limit}
-
-    run([SNOPT, SLOW], Runs(tmp_path), 3, 120.0, runner)
-    assert asked == [SNOPT]
-    run([SNOPT, SLOW], Runs(tmp_path), 1, 100.0, runner)
-    assert asked == [SNOPT]
-    run([SNOPT], Runs(tmp_path), 2, 300.0, runner)
-    assert asked == [SNOPT] * 3
-
-
-def test_the_report_has_machine_runs_and_medians(tmp_path):
-    runs = made_up(tmp_path, NEWTON=[result(4.0), {"error": "no memory"}])
-    found = json.loads(json.dumps(report(runs, [NEWTON, LARGE], 120.0)))
-    assert found["machine"]["versions"]["pin"]
-    assert [one["runs"] for one in found["medians"]] == [1, 0]
-    assert found["medians"][0]["errors"] == ["no memory"]
-    assert len(found["runs"]) == 2
-
-
-def test_the_limit_and_the_number_of_runs_can_be_chosen():
-    chosen = arguments().parse_args(["--runs", "7", "--limit", "30"])
-    assert isinstance(chosen, argparse.Namespace)
-    assert (chosen.runs, chosen.limit) == (7, 30.0)
-
-
-# The clock
-
-
-class Hands:
-    """A clock that is moved by hand."""
-
-    def __init__(self):
-        self.time = 0.0
-
-    def __call__(self):
-        return self.time
-
-
-def test_the_parts_of_the_clock_add_up():
-    """A part does not count what the parts that it calls take, not even itself."""
-    hands = Hands()
-    clock = Clock(hands)
-
-    def inner(seconds):
-        hands.time += seconds
-
-    inner_timed = clock.timed("inner", inner)
-
-    def outer(depth):
-        hands.time += 1.0
-        inner_timed(10.0)
-        if depth:
-            outer_timed(depth - 1)
-        hands.time += 2.0
-
-    outer_timed = clock.timed("outer", outer)
-    hands.time += 500.0  # outside
-    with clock.part("all"):
-        hands.time += 0.5
-        outer_timed(2)
-    hands.time += 500.0
-    assert clock.spent == {"all": 0.5, "outer": 9.0, "inner": 30.0}
-    assert sum(clock.spent.values()) == hands.time - 1000.0
-    assert clock.calls == {"all": 1, "outer": 3, "inner": 3}
-
-
-def test_the_clock_keeps_in_step_when_a_part_fails():
-    hands = Hands()
-    clock = Clock(hands)
-
-    def fails():
-        hands.time += 3.0
-        raise ValueError("late")
-
-    with clock.part("all"):
-        with pytest.raises(ValueError, match="late"):
-            clock.timed("part", fails)()
-        hands.time += 1.0
-    assert clock.spent == {"all": 1.0, "part": 3.0}
-
-
-def test_functions_are_timed_only_while_they_are_patched():
-    walk = {"speed": 1.2, "step_length": 0.7}
-    scenario = Scenario.from_dict({"name": "walk", "walk": walk})
-    before = Transcription.motion, drake._seam
-    clock = Clock()
-    with patched(clock):
-        task = program.build_program(scenario)
-        clock.clear()
-        with clock.part("all"):
-            task.cost(task.guess())
-            task.torques.prog.EvalBindings(
-                task.torques.prog.GetAllCosts(), task.guess() / task.unit
-            )
-    assert (Transcription.motion, drake._seam) == before
-    for part in ("dynamics", "feet", "chain rule, first derivatives", "objective", "all"):
-        assert clock.spent[part] > 0.0
-        assert clock.calls[part] >= 1
-    assert clock.calls[SEAM] == len(task.terms)
-    assert set(clock.spent) <= {*PARTS, SEAM, "all"}
-
-
-def test_the_budget_is_the_bare_derivatives_of_all_iterations():
-    us = {"bare_first_cpp": 50.0, "bare_second_cpp": 450.0}
-    counts = {"iterations": 50, "evaluations": 60}
-    parts = {"newton": {"tree": 2.0, "rest": 1.0}}
-    found = {"solves": {"newton": counts}, "instants": 40, "cold_newton_s": 3.0, "parts_s": parts}
-    assert budget({**found, "per_instant_us": {}}) is None
-    bare = budget({**found, "per_instant_us": us})
-    assert bare == {"states": 2000, "bare_s": pytest.approx(1.0), "ratio": pytest.approx(3.0)}
-    text = printed(parts_table({**found, "budget": bare}, "newton"))
-    assert [text.index(name) for name in ("tree", "rest", "together")] == sorted(
-        text.index(name) for name in ("tree", "rest", "together")
+def test_growth_goes_by_size():
+    runs = runs_of(
+        {f"instants normal {n}": {NOW: [ms]} for n, ms in {160: 40.0, 20: 4.0, 40: 9.0}.items()},
+        "iteration_ms",
     )
-    assert "66.7" in text
-    assert "of bare" not in printed(parts_table({**found, "budget": None}, "newton"))
+    assert grown(runs, "instants", "normal") == {20: 4.0, 40: 9.0, 160: 40.0}
+    (claim,) = (claim for claim in claims(runs) if "20 to 160 instants" in claim.what)
+    assert (claim.measured, claim.wanted, claim.cells[3]) == (10.0, 8.0, "NO")
 
 
-def test_medians_take_what_a_run_lacks_for_nothing():
-    found = medians([{"a": 1.0}, {"a": 3.0, "b": 5.0}, {"a": 2.0, "b": 4.0}])
-    assert found == {"a": 2.0, "b": 4.0}
-    assert all(low <= high for low, high in pairwise(sorted(found.values())))
+# What is measured
+
+
+def test_every_task_has_a_name_of_its_own_and_an_answerer():
+    names = [one.key for one in tasks(7)]
+    assert len(names) == len(set(names))
+    for one in tasks(7):
+        if command := one.given.get("command"):
+            assert set(command) >= set(one.sides)
+        else:
+            assert one.given["do"] in TASKS
+
+
+def test_every_claim_is_measured_and_needs_the_baseline_only_to_compare():
+    runs = all_of_them()
+    assert all(claim.cells[3] for claim in claims(runs))
+    for sides in runs.values():
+        sides.pop(BEFORE, None)
+    alone = [claim for claim in claims(runs) if not claim.cells[3]]
+    assert alone
+    assert all("faster" in claim.what or "baseline" in claim.what for claim in alone)
+
+
+def test_sides_take_turns_and_what_takes_long_is_done_seldom():
+    asked = []
+    asks = {side: lambda one, side=side: asked.append((one.key, side)) or {} for side in SIDES[:2]}
+    wanted = [Task("short", SIDES), Task("long", (NOW,), every=3)]
+    runs = measured(wanted, 4, asks, lambda _: None)
+    there = [("short", BEFORE), ("short", NOW)]
+    back = there[::-1]
+    assert asked == [*there, ("long", NOW), *back, *there, ("long", NOW), *back]
+    assert [len(runs["short"][side]) for side in SIDES] == [4, 4, 0]
+
+
+@pytest.mark.parametrize("change", ["speed", "step", "load"])
+def test_a_neighbour_differs_in_one_thing(change):
+    first = scenario(load=BACKPACK)
+    numbers = [
+        {"speed": one.walk.speed, "step": one.walk.step_length, "load": one.load.mass}
+        for one in (first, neighbour(first, change))
+    ]
+    ratios = {name: numbers[1][name] / numbers[0][name] for name in numbers[0]}
+    assert ratios == pytest.approx(dict.fromkeys(numbers[0], 1.0) | {change: 1.05})
+
+
+def test_few_control_points_are_clamped():
+    few, more = (build_program(task("paper-normal", n)) for n in (6, 8))
+    assert not few.basis.mirrored
+    assert more.basis.mirrored
+    assert len(few.variables) > len(more.variables)
+
+
+def test_operations_are_counted_and_nothing_is_left_behind():
+    before = Half.add
+    program = build_program(task("paper-normal", 8))
+    once = flops(program)
+    assert flops(program) == once > len(program.variables) ** 3 / 3
+    with pytest.raises(ValueError, match="stop"), counted():
+        raise ValueError("stop")
+    assert Half.add is before
+
+
+# Processes
+
+
+def test_a_worker_answers_and_outlives_what_fails():
+    with Worker(HERE, kernel=False) as worker:
+        first = worker.ask({"do": "hello"})
+        assert first == {"tree": str(HERE), "kernel": False}
+        assert "KeyError" in worker.ask({"do": "nothing"})["error"]
+        assert worker.ask({"do": "hello"}) == first
+
+
+def test_a_worker_that_ends_is_told():
+    with Worker(HERE) as worker:
+        worker._process.kill()
+        worker._process.wait()
+        with pytest.raises(BrokenPipeError):
+            [worker.ask({"do": "hello"}) for _ in range(2)]
+
+
+def test_a_command_is_timed_until_it_tells_of_a_walk(tmp_path):
+    spend = "import time\nwhile time.process_time() < {}: pass\n"
+    told = "print('newton found a walk in 1.0 s; result in {out}', flush=True)\n"
+    rest = "time.sleep(0.3)\n"
+    found = run(["-c", spend.format(0.2) + told + rest + spend.format(0.5)], HERE, tmp_path)
+    assert found["seconds"] >= 0.5
+    assert found["found_wall"] < found["wall"]
+    if Path("/proc").exists():
+        assert 0.2 - 0.02 <= found["found_seconds"] < found["seconds"] - 0.2
+    failed = run(["-c", "import sys; sys.exit('error: no room')"], HERE, tmp_path)
+    assert failed == {"error": "error: no room"}
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="only where there is /proc")
+def test_cpu_seconds_of_a_process_are_its_own():
+    assert cpu(os.getpid()) == pytest.approx(sum(os.times()[:4]), abs=0.1)
+    assert time.process_time() <= cpu(os.getpid()) + 0.1
+
+
+def test_without_the_commit_this_tree_is_measured_alone(tmp_path, monkeypatch):
+    monkeypatch.setattr(speed, "HERE", tmp_path)
+    monkeypatch.setattr(speed, "BUILD", tmp_path / "build")
+    assert baseline() is None
+    monkeypatch.setenv("PATH", "")
+    assert baseline() is None
+    (tmp_path / "build" / speed.BASELINE).mkdir(parents=True)
+    assert baseline() == tmp_path / "build" / speed.BASELINE
+
+
+# What is written
+
+
+def test_the_report_has_all_claims_and_what_failed():
+    runs = all_of_them()
+    runs["warm paper-normal speed 8"][NOW].append({"error": "LinAlgError: singular"})
+    machine = {"processor": sys.platform, "cores": 2, "kernel": False}
+    text = report(
+        {"runs": runs, "machine": machine, "baseline": "abc", "rounds": 3, "took_s": 60.0}
+    )
+    assert "There is no compiled kernel" in text
+    for claim in claims(runs):
+        assert f"| {claim.what} |" in text
+    assert "* warm paper-normal speed 8, now: LinAlgError: singular" in text
+    tables = [line for line in text.splitlines() if line.startswith("|")]
+    for _, rows in itertools.groupby(tables, key=lambda line: line.count("|")):
+        assert len(list(rows)) > 2
+    assert all(f"| {points} | 10.00, 10, 4000.00 |" in text for points in FASTER)
+
+
+def test_the_picture_is_drawn(tmp_path):
+    picture(all_of_them(), tmp_path / "speed.svg")
+    assert (tmp_path / "speed.svg").read_text().startswith("<?xml")
+    picture({}, tmp_path / "nothing.svg")

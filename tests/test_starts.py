@@ -2,16 +2,21 @@
 
 import dataclasses
 import signal
+from pathlib import Path
 
 import numpy as np
 import pytest
 from walks import BACKPACK, scenario
 
+import human_gait as hg
+from human_gait import console
 from human_gait.checks.check import Check, Kind
 from human_gait.problem.balance_rows import SLIDING_FRICTION, TURNING_FRICTION
 from human_gait.problem.program import build_program
+from human_gait.solving import neighbours
 from human_gait.solving import starts as room
 from human_gait.solving.drake_solvers import SOLVERS
+from human_gait.solving.neighbours import NEIGHBOURS
 from human_gait.solving.solver import POSTURE, Solution
 from human_gait.solving.starts import (
     GIVEN,
@@ -23,6 +28,8 @@ from human_gait.solving.starts import (
     disturbed,
     on_the_way,
 )
+from human_gait.solving.summary import spread
+from human_gait.solving.warm_start import adapted
 from human_gait.solving.watch import FEASIBLE
 
 TASK = scenario(control_points=6, load=BACKPACK)
@@ -42,6 +49,7 @@ class Solves:
     def __init__(self, monkeypatch):
         self.asked, self.answers, self.cost = [], [], 100.0
         monkeypatch.setattr(room, "solve", self.solve)
+        monkeypatch.setattr(neighbours, "solve", self.solve)
         monkeypatch.setattr(room, "make_record", lambda gait: gait)
         monkeypatch.setattr(room, "verify", self.verify)
 
@@ -130,16 +138,17 @@ def test_a_given_start_is_the_only_one(solves):
     start = PROGRAM.guess()
     attempts = climb(PROGRAM, "ipopt", Start(GIVEN, start))
     assert starts(attempts) == [GIVEN]
-    assert solves.asked == [(PROGRAM, "ipopt", start, {"multipliers": {}})]
+    assert solves.asked == [(PROGRAM, "ipopt", start, {"multipliers": {}, "most_iterations": None})]
 
 
 def test_a_start_that_is_not_alone_comes_before_all_others(solves):
     """With its multipliers; what follows does not know of it."""
     start, multipliers = PROGRAM.guess(), {"any": np.ones(3)}
-    given = Start(WARM, start, multipliers, alone=False)
+    given = Start(WARM, start, multipliers, alone=False, most_iterations=9)
     attempts = climb(PROGRAM, "newton", given)
     assert starts(attempts) == [WARM, *starts(climb(PROGRAM, "newton"))]
-    assert solves.asked[0] == (PROGRAM, "newton", start, {"multipliers": multipliers})
+    how = {"multipliers": multipliers, "most_iterations": 9}
+    assert solves.asked[0] == (PROGRAM, "newton", start, how)
     assert all("multipliers" not in given for *_, given in solves.asked[1:])
     solves.answers = ["walk"]
     assert starts(climb(PROGRAM, "newton", given)) == [WARM]
@@ -306,3 +315,78 @@ def test_many_control_points_start_from_the_walk_with_as_many_as_usual(monkeypat
     assert np.abs(found.gait.q(t) - gait.q(t)).max() < 0.05
     usual = [name for name, _ in room.own_starts(build_program(scenario()), "newton", 0, None)]
     assert "fewer control points first" not in usual
+
+
+# --- further starts
+
+
+def test_further_starts_follow_the_first_walk_and_the_cheapest_is_kept(solves):
+    solves.answers = ["failed", "walk", "walk", "walk", "failed", "walk", "rejected"]
+    attempts = climb(PROGRAM, starts=4)
+    names = starts(attempts)
+    assert names[2:] == [neighbour.name for neighbour in NEIGHBOURS[:3]]
+    assert [attempt.success for attempt in attempts] == [False, True, True, True, False]
+    assert best(attempts) is attempts[3]  # each costs less than the one before
+    told = spread(attempts)
+    assert told["walks"] == 3
+    costs = [attempt.solution.cost for attempt in attempts[1:4]]
+    assert told["cost_spread"] == pytest.approx(costs[0] / costs[2] - 1.0)
+
+
+def test_there_and_back_goes_by_a_neighbour_from_the_walk_and_its_multipliers(solves):
+    solves.answers = ["walk"]
+    climb(PROGRAM, starts=2)
+    (*_,), (there, _, start, given), (back, *_) = solves.asked
+    assert there.scenario.walk.step_length == pytest.approx(1.05 * TASK.walk.step_length)
+    assert there.scenario.walk.speed == TASK.walk.speed
+    assert back is PROGRAM
+    np.testing.assert_array_equal(start, adapted(PROGRAM.gait(PROGRAM.guess()), there))
+    assert given["multipliers"] == {}  # the answer has none
+
+
+def test_after_the_neighbours_starts_are_random_and_go_by_the_seed(solves):
+    solves.answers = ["walk"] * 40
+    attempts = climb(PROGRAM, seed=3, starts=len(NEIGHBOURS) + 3)
+    assert starts(attempts)[-2:] == ["random start 1 of seed 3", "random start 2 of seed 3"]
+    guesses = [given["guess"] for *_, given in solves.asked[-2:]]
+    assert not np.array_equal(*guesses)
+
+
+def test_without_a_walk_there_are_no_further_starts(solves):
+    names = starts(climb(PROGRAM, starts=9))
+    assert names == starts(climb(PROGRAM))
+    assert solves.answers == []
+
+
+def test_a_neighbour_that_nobody_can_walk_is_left_out(solves):
+    longest = TASK.replace(step_length=1.03)
+    program = build_program(longest)
+    solves.answers = ["walk"]
+    names = starts(climb(program, starts=2))
+    assert names == [OWN_GUESS, NEIGHBOURS[1].name]
+
+
+def test_what_holds_the_first_walk_holds_the_others(solves):
+    solves.answers = ["slips", "walk", "walk", "walk"]
+    *_, first, other = climb(PROGRAM, starts=2)
+    assert other.program is first.program is not PROGRAM
+
+
+def test_the_terminal_tells_how_far_costs_differ_in_one_line(solves, capsys):
+    solves.answers = ["walk", "walk", "walk"]
+    attempts = climb(PROGRAM, starts=2)
+    kept = best(attempts)
+    console.show_outcome(kept, attempts, Path("out/mine"), kept.solution.gait)
+    lines = capsys.readouterr().out.splitlines()
+    (line,) = (line for line in lines if "costs differ" in line)
+    percent = 100.0 * spread(attempts)["cost_spread"]
+    assert line.startswith(f"2 walks of 2 starts: their costs differ by {percent:.2g} %")
+    assert line.endswith(NEIGHBOURS[0].name)
+    console.show_outcome(kept, attempts[:1], Path("out/mine"), kept.solution.gait)
+    assert "costs differ" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("wrong", [0, -1, 101, True, 1.5, "2"])
+def test_a_number_of_starts_is_a_small_whole_number(wrong):
+    with pytest.raises((TypeError, ValueError), match=r"starts|must be from 1 to 100"):
+        hg.predict("paper-normal", starts=wrong)

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from walking import guessed_gait
 from walks import scenario
 
 import human_gait as hg
@@ -31,7 +30,6 @@ from human_gait.stopping import (
     under_way,
     uninterrupted,
 )
-from human_gait.walk.gait_file import save_gait
 
 TASK = scenario(control_points=6)
 WALK = "[walk]\nspeed = 1.2\nstep_length = 0.66\n[discretisation]\ncontrol_points = 6\n"
@@ -157,7 +155,7 @@ OLD = "gait=0123456789abcdef"  # a file says so that it is one of ours
 STAGES = {  # where a signal comes, and whether there is something to keep by then
     "a start is made": ("human_gait.solving.starts.solve", True),
     "an attempt is checked": ("human_gait.solving.starts.verify", True),
-    "the file is checked": ("human_gait.solving.summary.verify", True),
+    "the file is read back": ("human_gait.solving.summary.load_record", True),
     "the gait is written": ("human_gait.solving.summary.save_gait", True),
     "the summary is made": ("human_gait.prediction.summary_content", True),
     "the cycle is written": ("human_gait.prediction.save_gait_cycle", True),
@@ -205,6 +203,7 @@ def test_a_signal_at_any_moment_leaves_the_old_result_or_a_new_one(
 
 
 @pytest.mark.usefixtures("cut_short")
+@pytest.mark.filterwarnings("ignore:Exception ignored in:pytest.PytestUnraisableExceptionWarning")
 def test_sigterm_at_twenty_random_moments_leaves_a_whole_result(tmp_path, capsys):
     """By a clock that knows nothing of the run; `test_interruptions` does it from outside."""
     (tmp_path / "walk.toml").write_text(WALK)
@@ -390,20 +389,25 @@ def test_what_fails_after_a_solve_is_a_warning_that_tells_how_to_make_it_later(
     assert written == {"gait.npz", "summary.json"}
 
 
-def test_what_is_drawn_with_is_tried_before_the_solve(tmp_path, monkeypatch, capsys):
+@pytest.mark.usefixtures("cut_short")
+def test_a_walk_is_there_whether_it_can_be_drawn_or_not(tmp_path, monkeypatch, capsys):
+    """What draws is loaded once all is written and told, if anything is to be drawn."""
+    (tmp_path / "walk.toml").write_text(WALK)
+    out, told = tmp_path / "out", []
+
     def fail(module, _):
+        told.append((out / "summary.json").is_file())
         raise ImportError(
             f"libX.so: cannot open shared object file, for {module}", name="matplotlib"
         )
 
     monkeypatch.setattr(prediction, "late", fail)
-    monkeypatch.setattr(prediction, "build_program", None)
-    save_gait(guessed_gait(), tmp_path)
-    for command in (
-        ["predict", "normal"],
-        ["refine", tmp_path],
-        ["predict", "normal", "--solver", "all"],
-    ):
-        assert cli.run([str(word) for word in [*command, "--out", tmp_path / "out"]]) == 2
-        assert "libX.so" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
+    command = ["predict", str(tmp_path / "walk.toml"), "--out", str(out)]
+    written = {"gait.npz", "summary.json", "explanation.json", "gait_cycle.csv"}
+    for words, warnings in (([], 2), (["--no-plots"], 0)):
+        assert cli.run([*command, *words]) == 1
+        lines = capsys.readouterr().err.splitlines()
+        assert len(lines) == warnings
+        assert all("libX.so" in line for line in lines)
+        assert {path.name for path in out.iterdir()} == written
+    assert told == [True, True]

@@ -34,24 +34,29 @@ def walking_range(n=4, seed=0):
     return rng.uniform(0.5 * lower, 0.5 * upper, (n, 55)), rng.uniform(-3, 3, (n, 55))
 
 
+def partials(passive, q, v):
+    """Of all torques (55, 110) by q and v, one torque after the other."""
+    every = np.repeat([q, v], 55, axis=0).reshape(2, 55, 55)
+    return np.concatenate(passive.torque(*every).gradient(np.eye(55)), axis=1)
+
+
 def test_partials_are_the_slopes(passive):
     """Torques of some 1e2 N m: rounding over 1e-6 is 1e-8."""
     for q, v in zip(*walking_range(), strict=True):
-        found = passive.torque(q[None], v[None]).partials[0]
+        found = partials(passive, q, v)
         state = np.concatenate([q, v])
         slopes = central_difference(
             lambda x: passive.torque(x[None, :55], x[None, 55:]).value[0], state, np.eye(110)
         )
-        np.testing.assert_allclose(found[:, :110], slopes, atol=1e-6 * np.abs(slopes).max())
-        np.testing.assert_array_equal(found[:, 110:], 0.0)
+        np.testing.assert_allclose(found, slopes, atol=1e-6 * np.abs(slopes).max())
 
 
 def test_nothing_holds_the_body_in_space(passive):
-    q, v = walking_range()
-    found = passive.torque(q, v)
-    np.testing.assert_array_equal(found.value[:, :6], 0.0)
-    np.testing.assert_array_equal(found.partials[:, :6], 0.0)
-    np.testing.assert_array_equal(found.partials[..., :6], 0.0)
+    q, v = (x[0] for x in walking_range())
+    np.testing.assert_array_equal(passive.torque(q[None], v[None]).value[:, :6], 0.0)
+    found = partials(passive, q, v).reshape(55, 2, 55)
+    np.testing.assert_array_equal(found[:6], 0.0)
+    np.testing.assert_array_equal(found[..., :6], 0.0)
 
 
 @pytest.mark.parametrize("side", "rl")
@@ -135,3 +140,17 @@ def test_the_measured_spine_is_stiffer_and_most_of_all_against_turning():
     assert np.all(stiff[spine] >= soft[spine])
     of = {key: stiff[[i for i in spine if DOF_NAMES[i].endswith(key)]] for key in ENDS}
     assert of["rotation"].min() > of["flexion"].max()
+
+
+def test_second_derivatives_of_squares_are_products_of_partials(passive):
+    """J^T w J: of single joints, and what couples joints of the legs."""
+    q, v = (x[0] for x in walking_range())
+    weights, by_state = np.random.default_rng(1).uniform(1, 2, 55), partials(passive, q, v)
+    own, lower = np.zeros((1, 3, 55)), np.zeros((3, 1, 20, 20))
+    passive.torque(q[None], v[None]).add_squares(weights[None], own, lower)
+    qq, qv, vv = (np.diag(part) for part in own[0])
+    for part, block in zip((qq, qv, vv), lower[:, 0], strict=True):
+        part[:20, :20] += block
+    found = np.block([[qq, qv], [qv.T, vv]])
+    expected = by_state.T @ (weights[:, None] * by_state)
+    np.testing.assert_allclose(found, expected, atol=1e-13 * np.abs(expected).max())

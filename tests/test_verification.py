@@ -475,6 +475,12 @@ def test_distance_from_a_polygon(point, distance):
         assert ground.distance_outside(polygon, np.array(point)) == pytest.approx(distance)
 
 
+def test_distances_of_many_points_are_those_of_each():
+    points = np.random.default_rng(2).normal(1.0, 2.0, (3, 7, 2))
+    alone = [[float(ground.distance_outside(SQUARE, point)) for point in row] for row in points]
+    np.testing.assert_array_equal(ground.distance_outside(SQUARE, points), alone)
+
+
 def test_values_up_to_the_limit_pass_and_nothing_else():
     check = Check("length", "m", 0.01, 0.01, 0.0)
     assert check.passed

@@ -119,15 +119,19 @@ def transforms(table: DHTable, q: Array) -> tuple[Array, Array, Array]:
     ValueError
         If the last axis of q is not 55 long.
     """
-    if q.shape[-1] != skeleton.N_DOF:
-        raise ValueError(f"q must have shape (..., {skeleton.N_DOF}), not {q.shape}")
-    # q is the angle theta of a revolute joint and the way d along z of a prismatic one.
-    theta = table.theta_offset + np.where(table.prismatic, 0.0, q)
-    T = dh_matrix(theta, table.d + np.where(table.prismatic, q, 0.0), table.a, table.alpha)
+    T = _rows(table, q)
     slides = table.prismatic[:, None, None]
     dT = np.where(slides, _E, _Q @ T)  # T' = Q T: theta comes first in T; sliding, only d changes
     ddT = np.where(slides, 0.0, _Q @ dT)  # T'' = Q Q T; sliding, 0
     return T, dT, ddT
+
+
+def _rows(table: DHTable, q: Array) -> Array:
+    """Return T_j of all joints: q is theta of a revolute joint and d of a prismatic one."""
+    if q.shape[-1] != skeleton.N_DOF:
+        raise ValueError(f"q must have shape (..., {skeleton.N_DOF}), not {q.shape}")
+    theta = table.theta_offset + np.where(table.prismatic, 0.0, q)
+    return dh_matrix(theta, table.d + np.where(table.prismatic, q, 0.0), table.a, table.alpha)
 
 
 def twists(table: DHTable) -> FloatArray:
@@ -160,12 +164,15 @@ def frames(table: DHTable, q: Array) -> tuple[Array, Array]:
     P, A : (..., 55, 4, 4) arrays
         Frames in the world. The origin of P_j is the centre of the proximal joint of link j.
     """
-    T, _, _ = transforms(table, q)
+    T = np.moveaxis(_rows(table, q), -3, 0)
     P, A = np.empty_like(T), np.empty_like(T)
+    turned = np.any(table.base != np.eye(4), axis=(1, 2))
     for j, p in enumerate(table.parent):
-        P[..., j, :, :] = table.base[j] if p < 0 else A[..., p, :, :] @ table.base[j]
-        A[..., j, :, :] = P[..., j, :, :] @ T[..., j, :, :]
-    return P, A
+        P[j] = A[p] if p >= 0 else np.eye(4)
+        if turned[j]:
+            P[j] = P[j] @ table.base[j]
+        A[j] = P[j] @ T[j]
+    return np.moveaxis(P, 0, -3), np.moveaxis(A, 0, -3)
 
 
 def link_to_dh(table: DHTable) -> FloatArray:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from human_gait.arrays import FloatArray
 from human_gait.body import skeleton
 from human_gait.body.dh import constant, joint_origins, link_to_dh
-from human_gait.body.figure import capsules
+from human_gait.body.figure import Capsule, capsules
 from human_gait.body.limits import position_limits, torque_limits
 from human_gait.body.links import Links, anatomical_to_link
 
@@ -54,8 +54,12 @@ def urdf_text(body: Links) -> str:
     ET.SubElement(robot, "link", name="world")
     to_dh, origins = link_to_dh(body.table), joint_origins(body.table)
     anatomical, limits = anatomical_to_link(body.table), _limits(body)
+    drawn = capsules(body.measures)
     for i in range(skeleton.N_DOF):
-        _add_link(robot, body, i, to_dh[i], to_dh[i] @ anatomical[i])
+        link = _add_link(robot, body, i, to_dh[i])
+        for capsule in drawn if body.mass[i] > 0 else ():
+            if capsule.link == i:
+                _add_capsule(link, capsule, to_dh[i] @ anatomical[i])
         _add_joint(robot, i, origins[i], limits[i])
         add_fixed(robot, f"dh_{i + 1:02d}", LINK_NAMES[i], to_dh[i])
     if body.load.mass > 0:
@@ -64,17 +68,14 @@ def urdf_text(body: Links) -> str:
     return ET.tostring(robot, encoding="unicode") + "\n"
 
 
-def _add_link(robot: ET.Element, body: Links, i: int, to_dh: FloatArray, place: FloatArray) -> None:
+def _add_link(robot: ET.Element, body: Links, i: int, to_dh: FloatArray) -> ET.Element:
     link = ET.SubElement(robot, "link", name=LINK_NAMES[i])
     if body.mass[i] > 0:
         com = to_dh[:3, :3] @ body.com[i] + to_dh[:3, 3]
         add_inertial(
             link, float(body.mass[i]), com, to_dh[:3, :3] @ body.inertia[i] @ to_dh[:3, :3].T
         )
-        for capsule in capsules(body.measures):
-            if capsule.link == i:
-                ends = [place[:3, :3] @ end + place[:3, 3] for end in capsule.ends]
-                _add_capsule(link, (ends[0], ends[1]), capsule.radius, capsule.colour)
+    return link
 
 
 def add_inertial(
@@ -149,23 +150,19 @@ def _add_backpack(robot: ET.Element, body: Links, to_dh: FloatArray) -> None:
     ET.SubElement(visual, "material", name="backpack")
 
 
-def _add_capsule(
-    link: ET.Element, ends: tuple[FloatArray, FloatArray], radius: float, colour: str
-) -> None:
-    along = ends[1] - ends[0]
+def _add_capsule(link: ET.Element, capsule: Capsule, place: FloatArray) -> None:
+    """Add the shape of a capsule at a place (4, 4) in a link."""
+    ends = [place[:3, :3] @ end + place[:3, 3] for end in capsule.ends]
+    along, radius = ends[1] - ends[0], numbers([capsule.radius])
     rpy = (0.0, np.arctan2(np.hypot(along[0], along[1]), along[2]), np.arctan2(along[1], along[0]))
-    cylinder = ET.Element(
-        "cylinder", radius=numbers([radius]), length=numbers([np.sqrt(along @ along)])
-    )
+    cylinder = ET.Element("cylinder", radius=radius, length=numbers([np.sqrt(along @ along)]))
     shapes = [((ends[0] + ends[1]) / 2, rpy, cylinder)]
-    shapes += [
-        (end, (0.0, 0.0, 0.0), ET.Element("sphere", radius=numbers([radius]))) for end in ends
-    ]
+    shapes += [(end, (0.0, 0.0, 0.0), ET.Element("sphere", radius=radius)) for end in ends]
     for centre, turn, shape in shapes:
         visual = ET.SubElement(link, "visual")
         ET.SubElement(visual, "origin", xyz=numbers(centre), rpy=numbers(turn))
         ET.SubElement(visual, "geometry").append(shape)
-        ET.SubElement(visual, "material", name=colour)
+        ET.SubElement(visual, "material", name=capsule.colour)
 
 
 def roll_pitch_yaw(R: FloatArray) -> tuple[float, float, float]:

@@ -14,7 +14,7 @@ import numpy as np
 from human_gait.arrays import FloatArray
 from human_gait.checks.check import EQUAL, Check, Claim, Kind
 from human_gait.checks.costs import costs
-from human_gait.walk.described import was_changed
+from human_gait.walk.described import ESTIMATE, was_changed
 from human_gait.walk.gait import Gait, Samples
 from human_gait.walk.gait_file import Record, carried_mass
 
@@ -25,6 +25,7 @@ MASSES = Claim("masses off the body", "of each", Kind.FILE)
 PLANNED = Claim("footholds off the plan", "m", Kind.FILE, "21")
 SAMPLES = Claim("samples off scenario and splines", "of largest", Kind.FILE)
 COST = Claim("cost off the objective", "of the cost", Kind.FILE, "18")
+NOT_SOLVED = Claim("an estimate, not solved", "estimates", Kind.FILE)
 SEAL = Claim("parts not as they were written", "parts", Kind.FILE)
 
 OWN_COST = "own_cost"
@@ -53,6 +54,7 @@ def contents_checks(record: Record) -> list[Check]:
         as_computed(now, gait.fine_samples),
         cost(gait),
         as_written(record),
+        *([NOT_SOLVED.found(1.0, 0.0, 0.0)] if ESTIMATE in gait.solution else ()),
     ]
 
 

@@ -25,7 +25,7 @@ def costs(gait: Gait) -> float:
     """Return the scenario's objective of a walk without costs of one's own, [N^2 m^2 s]."""
     cost, weights = gait.scenario.objective, torque_weights(gait.scenario)
     times, spacing = constrained_grid(gait.scenario)
-    now, dt = gait.step_samples(times), times[1] - times[0]
+    now, dt = gait.seen_samples, times[1] - times[0]
     tau = _Pair.of(now.active, gait)
     rates = (tau.after - tau.before) / dt
     passive = now.tau - now.active

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -18,7 +18,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
 
-from human_gait.arrays import FloatArray
+from human_gait.arrays import BoolArray, FloatArray
 from human_gait.body.dh import link_to_dh
 from human_gait.body.links import GRAVITY
 from human_gait.body.model import build_model
@@ -32,7 +32,7 @@ from human_gait.values import Value
 Motion = tuple[FloatArray, FloatArray, FloatArray]
 """q, v, a (K, 55), [rad] and [m], their rates per s and per s^2."""
 
-_CHUNK = 50  # instants that the recursion takes at once: 0.2 MB each
+_CHUNK = 100  # instants that the recursion takes at once: 0.2 MB each
 
 
 class Engine(Protocol):
@@ -73,23 +73,50 @@ class PinocchioEngine:
 
     def torques(self, motion: Motion, loads: Sequence[ExternalLoad]) -> FloatArray:
         """Return the joint torques (K, 55), [N m] and [N], of K instants under loads."""
-        tau = [
-            pin.rnea(self._model, self._data, q, v, a, self._forces(q, loads, k))
-            for k, (q, v, a) in enumerate(zip(*motion, strict=True))
-        ]
-        return np.array(tau)
+        model, data, tau = self._model, self._data, np.empty(motion[0].shape)
+        forces = pin.StdVec_Force([pin.Force.Zero()] * model.njoints)
+        acting = self._in_joints(motion[0], loads)
+        for k, (q, v, a) in enumerate(zip(*motion, strict=True)):
+            for joint, wrenches in acting.items():
+                forces[joint] = pin.Force(wrenches[k])
+            tau[k] = pin.rnea(model, data, q, v, a, forces)
+        return tau
 
-    def _forces(self, q: FloatArray, loads: Sequence[ExternalLoad], k: int) -> list[pin.Force]:
-        """Return the loads of instant k in the joints' frames."""
-        pin.forwardKinematics(self._model, self._data, q)
-        forces = [pin.Force.Zero() for _ in range(self._model.njoints)]
+    def _in_joints(self, q: FloatArray, loads: Sequence[ExternalLoad]) -> dict[int, FloatArray]:
+        """Return force and moment (K, 6) of the loads in the frames of the joints they act on."""
+        joints = sorted({load.link + 1 for load in loads})
+        turns = dict(zip(joints, self._rotations(q, joints), strict=True))
+        acting = {joint: np.zeros((len(q), 6)) for joint in joints}
         for load in loads:
-            to_dh, joint = self._to_dh[load.link], load.link + 1
-            to_joint = self._data.oMi[joint].rotation.T
-            point = to_dh[:3, :3] @ load.point[k] + to_dh[:3, 3]
-            force, moment = to_joint @ load.force[k], to_joint @ load.moment[k]
-            forces[joint] += pin.Force(force, moment + np.cross(point, force))
-        return forces
+            force, moment = (
+                np.einsum("kji,kj->ki", turns[load.link + 1], x) for x in (load.force, load.moment)
+            )
+            point = _moved(self._to_dh[load.link], load.point)
+            acting[load.link + 1] += np.hstack([force, moment + np.cross(point, force)])
+        return acting
+
+    def _rotations(self, q: FloatArray, joints: Sequence[int]) -> FloatArray:
+        """Return how joints are turned in the world, (n, K, 3, 3)."""
+        found = np.empty((len(joints), len(q), 3, 3))
+        for k, posture in enumerate(q):
+            pin.forwardKinematics(self._model, self._data, posture)
+            for n, joint in enumerate(joints):
+                found[n, k] = self._data.oMi[joint].rotation
+        return found
+
+
+def _dot(x: FloatArray, y: FloatArray) -> FloatArray:
+    return np.asarray(np.sum(x * y, axis=-1))
+
+
+def _wrench(place: FloatArray, force: FloatArray, moment: FloatArray | float = 0.0) -> FloatArray:
+    """Return the moment about the origin and the force (K, 6) of a force at a place (K, 3)."""
+    return np.hstack([np.cross(place, force) + moment, np.broadcast_to(force, place.shape)])
+
+
+def _moved(place: FloatArray, points: FloatArray) -> FloatArray:
+    """Return points (..., 3) by a transformation (3 or 4, 4)."""
+    return np.asarray(points @ place[:3, :3].T + place[:3, 3])
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,91 +145,107 @@ class Mechanics(Value):
     loads_power: FloatArray
 
 
+class _Moving(NamedTuple):
+    """A link at K instants: its pose (K, 3, 4) and velocity, angular and linear (K, 6)."""
+
+    pose: FloatArray
+    velocity: FloatArray
+
+    @property
+    def turning(self) -> FloatArray:
+        """Angular velocity (K, 3), [rad/s]."""
+        return self.velocity[:, :3]
+
+    def point(self, at: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return place and velocity (K, 3) in the world of a point (3,) or (K, 3) of the link."""
+        arm = (self.pose[..., :3] @ at[..., None])[..., 0]
+        return arm + self.pose[..., 3], self.velocity[:, 3:] + np.cross(self.turning, arm)
+
+
 class DrakeEngine:
     """Drake's MultibodyPlant of the URDF."""
 
     def __init__(self, body: Body, ball: str = "foot") -> None:
-        self._body, self._contact = body, body.standing(ball)
         self.plant = plant = drake_plant(body)
         self._context = plant.CreateDefaultContext()
         self._mass = plant.CalcTotalMass(self._context)
         self._links = [plant.GetBodyByName(name) for name in LINK_NAMES]
-        self._dh_frames = [plant.GetFrameByName(f"dh_{i + 1:02d}") for i in range(N_DOF)]
+        marks = [plant.GetFrameByName(f"dh_{i + 1:02d}") for i in range(N_DOF)]
+        self._to_dh = [
+            mark.CalcPose(self._context, body.body_frame()).GetAsMatrix34()  # constant
+            for mark, body in zip(marks, self._links, strict=True)
+        ]
+        contact = body.standing(ball)
+        self._points = [
+            [(int(link), self._from_dh(link, point)) for link, point in zip(*foot, strict=True)]
+            for foot in zip(contact.links, contact.points, strict=True)
+        ]
 
     def torques(self, motion: Motion, loads: Sequence[ExternalLoad]) -> FloatArray:
         """Return the joint torques (K, 55), [N m] and [N], of K instants under loads."""
-        tau = np.empty(motion[0].shape)
+        plant, context, tau = self.plant, self._context, np.empty(motion[0].shape)
+        forces, world = MultibodyForces(plant), plant.world_frame()
+        acting = [(self._links[load.link], *self._in_body(load)) for load in loads]
         for k, (q, v, a) in enumerate(zip(*motion, strict=True)):
             self._move(q, v)
-            forces = MultibodyForces(self.plant)
-            self.plant.CalcForceElementsContribution(self._context, forces)
-            for load in loads:
-                self._add(load, k, forces)
-            tau[k] = self.plant.CalcInverseDynamics(self._context, a, forces)
+            plant.CalcForceElementsContribution(context, forces)
+            for body, points, wrenches, pushes in acting:
+                if pushes[k]:
+                    turn = plant.EvalBodyPoseInWorld(context, body).rotation()
+                    arm, wrench = turn.multiply(points[k]), SpatialForce(wrenches[k])
+                    body.AddInForce(context, arm, wrench, world, forces)
+            tau[k] = plant.CalcInverseDynamics(context, a, forces)
         return tau
+
+    def _in_body(self, load: ExternalLoad) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Return where a load acts on its body (K, 3), its wrench (K, 6), and whether it does."""
+        wrench = np.hstack([load.moment, load.force])
+        return self._from_dh(load.link, load.point), wrench, np.any(wrench != 0.0, axis=1)
+
+    def _from_dh(self, link: int, points: FloatArray) -> FloatArray:
+        """Return points (..., 3) of the DH frame of a link in the axes of Drake's body."""
+        return _moved(self._to_dh[link], points)
 
     def mechanics(self, motion: Motion, loads: Sequence[ExternalLoad]) -> Mechanics:
         """Return points, energy, momentum, wrench and power of loads at K instants."""
-        plant, context, instants = self.plant, self._context, []
-        for k, (q, v, _) in enumerate(zip(*motion, strict=True)):
+        on_feet = [link for foot in self._points for link, _ in foot]
+        links = sorted({*on_feet, *(load.link for load in loads)})
+        energy, momentum, centre, poses, velocities = self._followed(motion, links)
+        moving = {link: _Moving(poses[:, n], velocities[:, n]) for n, link in enumerate(links)}
+        # two feet, four points, place or velocity, K, 3
+        feet = np.array([[moving[link].point(at) for link, at in foot] for foot in self._points])
+        points, rates = feet.transpose(2, 3, 0, 1, 4)
+        wrench, power = _wrench(centre, self._mass * GRAVITY), np.zeros((len(energy), len(loads)))
+        for n, load in enumerate(loads):
+            link = moving[load.link]
+            place, velocity = link.point(self._from_dh(load.link, load.point))
+            wrench += _wrench(place, load.force, load.moment)
+            power[:, n] = _dot(load.force, velocity) + _dot(load.moment, link.turning)
+        return Mechanics(points, rates, energy, momentum, wrench, power)
+
+    def _followed(self, motion: Motion, links: Sequence[int]) -> list[FloatArray]:
+        """Return what Drake says of K instants.
+
+        Energy (K,), momentum (K, 6) about the world's origin, centre of mass (K, 3), pose
+        (K, n, 3, 4) and velocity (K, n, 6) of n links.
+        """
+        plant, context, origin = self.plant, self._context, np.zeros(3)
+        bodies, instants = [self._links[link] for link in links], []
+        for q, v in zip(*motion[:2], strict=True):
             self._move(q, v)
             energy = plant.CalcKineticEnergy(context) + plant.CalcPotentialEnergy(context)
-            momentum = plant.CalcSpatialMomentumInWorldAboutPoint(context, np.zeros(3))
-            feet = np.stack([self._contact_points(f) for f in range(2)])
-            power = [self._power(load, k) for load in loads]
-            wrench = self._gravity() + sum(self._wrench(load, k) for load in loads)
-            points, velocities = feet[:, :, 0], feet[:, :, 1]
-            instants.append((points, velocities, energy, momentum.get_coeffs(), wrench, power))
-        return Mechanics(*(np.array(parts) for parts in zip(*instants, strict=True)))
+            momentum = plant.CalcSpatialMomentumInWorldAboutPoint(context, origin).get_coeffs()
+            centre = plant.CalcCenterOfMassPositionInWorld(context)
+            poses = [plant.EvalBodyPoseInWorld(context, body).GetAsMatrix34() for body in bodies]
+            velocities = [
+                plant.EvalBodySpatialVelocityInWorld(context, body).get_coeffs() for body in bodies
+            ]
+            instants.append((energy, momentum, centre, poses, velocities))
+        return [np.array(parts) for parts in zip(*instants, strict=True)]
 
     def _move(self, q: FloatArray, v: FloatArray) -> None:
         self.plant.SetPositions(self._context, q)
         self.plant.SetVelocities(self._context, v)
-
-    def _contact_points(self, f: int) -> FloatArray:
-        """Return place and velocity (4, 2, 3) of the contact points of a foot in the world."""
-        contact, found = self._contact, []
-        for link, point in zip(contact.links[f], contact.points[f], strict=True):
-            place = self._pose(link).multiply(point)
-            found.append((place, self._velocity(link, place)))
-        return np.array(found)
-
-    def _velocity(self, link: int, place: FloatArray) -> FloatArray:
-        """Return the velocity (3,) of the point of a link that is at a place in the world."""
-        body = self._links[link]
-        origin = self.plant.EvalBodyPoseInWorld(self._context, body).translation()
-        moving = self.plant.EvalBodySpatialVelocityInWorld(self._context, body)
-        return np.asarray(moving.translational() + np.cross(moving.rotational(), place - origin))
-
-    def _pose(self, link: int) -> Any:
-        return self._dh_frames[link].CalcPoseInWorld(self._context)
-
-    def _arm(self, load: ExternalLoad, k: int) -> FloatArray:
-        """Return where a load acts, from the origin of its link, in the world's axes."""
-        link = self.plant.EvalBodyPoseInWorld(self._context, self._links[load.link])
-        return np.asarray(self._pose(load.link).multiply(load.point[k]) - link.translation())
-
-    def _add(self, load: ExternalLoad, k: int, forces: MultibodyForces) -> None:
-        force = SpatialForce(load.moment[k], load.force[k])
-        world, arm = self.plant.world_frame(), self._arm(load, k)
-        self._links[load.link].AddInForce(self._context, arm, force, world, forces)
-
-    def _gravity(self) -> FloatArray:
-        """Return moment about the world's origin and force (6,) of gravity."""
-        weight = self._mass * GRAVITY
-        centre = self.plant.CalcCenterOfMassPositionInWorld(self._context)
-        return np.concatenate([np.cross(centre, weight), weight])
-
-    def _wrench(self, load: ExternalLoad, k: int) -> FloatArray:
-        """Return moment about the world's origin and force (6,) of a load."""
-        point = self._pose(load.link).multiply(load.point[k])
-        moment = np.cross(point, load.force[k]) + load.moment[k]
-        return np.concatenate([moment, load.force[k]])
-
-    def _power(self, load: ExternalLoad, k: int) -> float:
-        velocity = self._velocity(load.link, self._pose(load.link).multiply(load.point[k]))
-        moving = self.plant.EvalBodySpatialVelocityInWorld(self._context, self._links[load.link])
-        return float(load.force[k] @ velocity + load.moment[k] @ moving.rotational())
 
 
 def drake_plant(body: Body) -> MultibodyPlant:

@@ -6,7 +6,7 @@ import numpy as np
 
 from human_gait.arrays import BoolArray, FloatArray
 from human_gait.checks.check import EQUAL, Check, Claim, Kind
-from human_gait.walk.contact_plan import ContactPlan
+from human_gait.walk.contact_plan import LEFT, RIGHT, ContactPlan
 from human_gait.walk.gait import Samples
 from human_gait.walk.ground_reaction import share_on_toes
 
@@ -83,21 +83,20 @@ def no_pull(plan: ContactPlan, now: Samples) -> Check:
 
 def zmp_inside(plan: ContactPlan, now: Samples) -> Check:
     """The ZMP is in the foot support region, Eq. (22)."""
-    outside = [
-        distance_outside(plan.support_polygon(t), point)
-        for t, point in zip(now.t, now.zmp[:, [0, 2]], strict=True)
-    ]
-    return ZMP.worst(0.01, np.array(outside), now.t)
+    outside = np.empty(len(now.t))
+    for instants, corners in plan.support_regions(now.t):
+        outside[instants] = distance_outside(corners, now.zmp[instants][:, [0, 2]])
+    return ZMP.worst(0.01, outside, now.t)
 
 
 def pressure_inside(plan: ContactPlan, now: Samples) -> Check:
     """The centre of pressure of each loaded foot is under the part of it that stands."""
-    outside = np.zeros((len(now.t), 2))
-    for k, f in np.argwhere(_loaded(plan, now)):
-        polygon = _standing(plan, now.t[k], f)
-        place = now.cop[k, f, [0, 2]]
-        outside[k, f] = np.inf if polygon is None else distance_outside(polygon, place)
-    return PRESSURE.worst(0.01, outside, now.t)
+    outside = np.full((len(now.t), 2), np.inf)
+    for f in (RIGHT, LEFT):
+        for instants, corners in plan.support_regions(now.t, (f,)):
+            if len(corners):
+                outside[instants, f] = distance_outside(corners, now.cop[instants, f][:, [0, 2]])
+    return PRESSURE.worst(0.01, np.where(_loaded(plan, now), outside, 0.0), now.t)
 
 
 def sliding_friction(plan: ContactPlan, now: Samples) -> Check:
@@ -122,13 +121,6 @@ def _loaded(plan: ContactPlan, now: Samples) -> BoolArray:
     return np.asarray(now.grf[..., 1] > _LOADED * plan.weight)
 
 
-def _standing(plan: ContactPlan, time: float, f: int) -> FloatArray | None:
-    """Return the part (n, 2) of a foot that stands, if any."""
-    if not plan.contact(np.array([time]))[0, f].any():
-        return None
-    return plan.support_polygon(time, (int(f),))
-
-
 def zmp_of_forces(now: Samples) -> FloatArray:
     """Return where the horizontal moments of the forces on both feet vanish (K, 3), Fig. 5."""
     force, moment = now.grf.sum(axis=1), np.cross(now.cop, now.grf).sum(axis=1)
@@ -138,12 +130,12 @@ def zmp_of_forces(now: Samples) -> FloatArray:
     return zmp
 
 
-def distance_outside(polygon: FloatArray, point: FloatArray) -> float:
-    """Return the distance of a point from a convex polygon (n, 2), 0 inside."""
+def distance_outside(polygon: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the distances (...) of points (..., 2) from a convex polygon (n, 2), 0 inside."""
     edges = np.roll(polygon, -1, axis=0) - polygon
-    offset = point - polygon
-    turn = edges[:, 0] * offset[:, 1] - edges[:, 1] * offset[:, 0]
-    if np.all(turn >= 0.0) or np.all(turn <= 0.0):
-        return 0.0
-    along = np.clip(np.sum(offset * edges, axis=1) / np.sum(edges**2, axis=1), 0.0, 1.0)
-    return float(np.linalg.norm(offset - along[:, None] * edges, axis=1).min())
+    offset = points[..., None, :] - polygon
+    turn = edges[:, 0] * offset[..., 1] - edges[:, 1] * offset[..., 0]
+    inside = np.all(turn >= 0.0, axis=-1) | np.all(turn <= 0.0, axis=-1)
+    along = np.clip(np.sum(offset * edges, axis=-1) / np.sum(edges**2, axis=1), 0.0, 1.0)
+    nearest = np.linalg.norm(offset - along[..., None] * edges, axis=-1).min(axis=-1)
+    return np.asarray(np.where(inside, 0.0, nearest))

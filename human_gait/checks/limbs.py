@@ -121,12 +121,12 @@ def overlaps(body: Body, now: Samples) -> list[Overlap]:
     A load counts as a part, that is joined to the trunk.
     """
     some = np.unique(np.linspace(0, len(now.t) - 1, _INSTANTS).astype(int))
-    rest = _depths(body, np.zeros((1, N_DOF)))
+    upright = np.zeros((1, N_DOF))
     found = []
-    for parts, depths in _depths(body, now.q[some]).items():
+    for parts, (rest, *depths) in _depths(body, np.concatenate([upright, now.q[some]])).items():
         k = int(np.argmax(depths))
         if depths[k] > _DEEP:
-            at_rest = max(float(rest[parts][0]), 0.0)
+            at_rest = max(float(rest), 0.0)
             found.append(Overlap(parts, float(depths[k]), at_rest, float(now.t[some[k]])))
     return sorted(found, key=lambda one: -one.depth)
 
@@ -136,10 +136,11 @@ def _depths(body: Body, q: FloatArray) -> dict[tuple[str, str], FloatArray]:
     shapes = shapes_of(body)
     _, A = frames(body.table, q)
     start, along = _placed(A, shapes)
+    p, u = (np.ascontiguousarray(x.T) for x in (start, along))
     deep = {
         parts: shapes.radius[one]
         + shapes.radius[other]
-        - _apart(start[:, one], along[:, one], start[:, other], along[:, other])
+        - _apart(p[:, one], u[:, one], p[:, other], u[:, other]).T
         for parts, one, other in _pairs(shapes)
     }
     if body.load.mass > 0.0:
@@ -208,7 +209,7 @@ def _outside_load(body: Body, A: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def _apart(p: FloatArray, u: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
-    """Return the distance (K, n) of segments p + s u and q + t v, 0 <= s, t <= 1.
+    """Return the distance (...) of segments p + s u and q + t v (3, ...), 0 <= s, t <= 1.
 
     The nearest point of the second line to the first one, then of each segment to the other's.
     """
@@ -219,8 +220,9 @@ def _apart(p: FloatArray, u: FloatArray, q: FloatArray, v: FloatArray) -> FloatA
     s = np.clip((b * f - c * e) / parallel, 0.0, 1.0)
     t = np.clip((b * s + f) / e, 0.0, 1.0)
     s = np.clip((b * t - c) / a, 0.0, 1.0)
-    return np.asarray(np.linalg.norm(r + s[..., None] * u - t[..., None] * v, axis=-1))
+    apart = r + s * u - t * v
+    return np.asarray(np.sqrt(_dot(apart, apart)))
 
 
 def _dot(x: FloatArray, y: FloatArray) -> FloatArray:
-    return np.asarray(np.einsum("kni,kni->kn", x, y))
+    return np.asarray(x[0] * y[0] + x[1] * y[1] + x[2] * y[2])

@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from human_gait.exceptions import GaitError, ResultError, shown
-from human_gait.results.folder import try_folder
 from human_gait.results.names import GAIT_FILE, PREDICTED, result_files
-from human_gait.results.ours import check_free
-from human_gait.solving.seeds import checked_seed
+from human_gait.solving.seeds import checked_seed, checked_starts
 from human_gait.stopping import checked_limit
 from human_gait.terminal import say
 
@@ -101,6 +99,14 @@ def seed_number(text: str | int) -> int:
         raise typer.BadParameter(str(error)) from None
 
 
+def starts_number(text: str | int) -> int:
+    """Return the number of starts of an option."""
+    try:
+        return checked_starts(whole_number(text))
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
 ScenarioFile = Annotated[
     Path, typer.Argument(metavar="SCENARIO", help="A file, TOML, or a name: normal.")
 ]
@@ -115,6 +121,9 @@ TimeLimit = Annotated[
         parser=seconds,
         help="Seconds that each solver may look for a walk; then the best attempt is kept.",
     ),
+]
+NoPlots = Annotated[
+    bool, typer.Option("--no-plots", help="Draw nothing now; human-gait plot does it later.")
 ]
 ResultFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a result.")]
 SecondResult = Annotated[
@@ -159,6 +168,9 @@ def check_writable(folder: Path, *, by_all: bool = False) -> None:
     by_all : bool
         Whether it will hold a result of each solver.
     """
+    from human_gait.results.folder import try_folder
+    from human_gait.results.ours import check_free
+
     solvers = [name.value for name in SolverName]
     written = [f"{name}/{GAIT_FILE}" for name in solvers] if by_all else PREDICTED
     removed = result_files(solvers)

@@ -16,10 +16,7 @@ from human_gait.commands.arguments import (
     whole_number,
 )
 from human_gait.exceptions import GaitError
-from human_gait.results.folder import whole_file
 from human_gait.results.names import EXPORT, ROBOT
-from human_gait.results.ours import check_free
-from human_gait.scenario import load_scenario
 from human_gait.terminal import say
 
 
@@ -69,6 +66,9 @@ def urdf(
 ) -> None:
     """Write the body, with the limits of the scenario, as a URDF file for other programs."""
     from human_gait.export.robot import scenario_robot
+    from human_gait.results.folder import whole_file
+    from human_gait.results.ours import check_free
+    from human_gait.scenario import load_scenario
 
     target = out or Path("urdf") / ROBOT
     if out is None:

@@ -10,6 +10,7 @@ import typer
 from human_gait.commands.arguments import (
     DynamicsName,
     Engine,
+    NoPlots,
     ResultFolder,
     ScenarioFile,
     SolverChoice,
@@ -19,16 +20,16 @@ from human_gait.commands.arguments import (
     check_result,
     check_writable,
     seed_number,
+    starts_number,
     whole_number,
 )
 from human_gait.commands.exits import NO_SOLUTION
 from human_gait.exceptions import ScenarioError
-from human_gait.scenario import load_scenario, scenario_file
 from human_gait.stopping import TIME_LIMIT
 from human_gait.terminal import say
 
 
-def predict(
+def predict(  # noqa: PLR0913
     scenario: ScenarioFile,
     solver: Annotated[
         SolverChoice, typer.Option(help="Optimiser; all compares them.")
@@ -45,33 +46,52 @@ def predict(
     warm_from: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Start from the walk of another result.")
     ] = None,
+    starts: Annotated[
+        int,
+        typer.Option(
+            parser=starts_number,
+            metavar="N",
+            help="Solve from N starts where one would do, and keep the cheapest walk.",
+        ),
+    ] = 1,
     time_limit: TimeLimit = TIME_LIMIT,
+    *,
+    no_plots: NoPlots = False,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else out/<scenario>.")
     ] = None,
 ) -> None:
     """Predict the walk of a scenario and write the result."""
+    from human_gait.scenario import load_scenario, scenario_file
+
     task, file = load_scenario(scenario), scenario_file(scenario)
     if file != scenario:
         say(f"scenario: {file}")
+    for option, given in (("--warm-from", warm_from), ("--starts", starts > 1)):
+        if given and solver is SolverChoice.ALL:
+            raise typer.BadParameter("not with --solver all: give one solver", param_hint=option)
     if warm_from:
-        if solver is SolverChoice.ALL:
-            raise typer.BadParameter(
-                "not with --solver all: give one solver", param_hint="--warm-from"
-            )
         check_result(warm_from)
-    folder = out or Path("out") / task.name
+    folder, plots = out or Path("out") / task.name, not no_plots
     check_writable(folder, by_all=solver is SolverChoice.ALL)
     try:
         if solver is SolverChoice.ALL:
             from human_gait.prediction import predict_by_all_solvers
 
-            found = predict_by_all_solvers(task, folder, dynamics.value, time_limit)
+            found = predict_by_all_solvers(task, folder, dynamics.value, time_limit, plots=plots)
         else:
             from human_gait.prediction import predict_to_folder
 
             found = predict_to_folder(
-                task, solver.value, folder, dynamics.value, seed, warm_from, time_limit
+                task,
+                solver.value,
+                folder,
+                dynamics.value,
+                seed,
+                warm_from,
+                time_limit,
+                starts=starts,
+                plots=plots,
             )
     except ScenarioError as error:
         raise error.found_in(str(file)) from None
@@ -92,6 +112,7 @@ def refine(
     solver: Annotated[SolverName, typer.Option(help="Optimiser.")] = SolverName.NEWTON,
     dynamics: Engine = DynamicsName.PINOCCHIO,
     time_limit: TimeLimit = TIME_LIMIT,
+    no_plots: NoPlots = False,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else DIR-refined.")
     ] = None,
@@ -105,7 +126,8 @@ def refine(
 
     gait = load_gait(folder)
     n = gait.basis.n_control_points + 2 if control_points is None else control_points
-    if not refine_to_folder(gait, n, solver.value, target, dynamics.value, time_limit):
+    given = solver.value, target, dynamics.value, time_limit
+    if not refine_to_folder(gait, n, *given, plots=not no_plots):
         raise typer.Exit(NO_SOLUTION)
 
 

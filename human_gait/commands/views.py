@@ -13,7 +13,6 @@ from human_gait.commands.arguments import (
     check_result,
     loaded_gait,
 )
-from human_gait.results.folder import whole_file
 from human_gait.results.names import COMPARISON, PLAYBACK
 from human_gait.terminal import say, screen
 
@@ -54,6 +53,7 @@ def play(
         pair = {"second": loaded_gait(second), "overlay": overlay}
     if save:
         from human_gait.playback.page import save_playback
+        from human_gait.results.folder import whole_file
 
         with whole_file(save) as path:
             save_playback(gait, path, **pair)

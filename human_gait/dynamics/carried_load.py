@@ -11,55 +11,59 @@ from dataclasses import replace
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.dh import frames, paths
+from human_gait.body import dh
 from human_gait.body.links import GRAVITY
 from human_gait.body.person import Body
 from human_gait.body.skeleton import N_DOF, SEGMENTS
-from human_gait.dynamics.inverse_dynamics import InverseDynamics, linearised_load
+from human_gait.dynamics.inverse_dynamics import LINKS, InverseDynamics, linearised_load
 from human_gait.dynamics.jet import Linearised
-from human_gait.dynamics.second_derivatives import TreeCurvature
+from human_gait.dynamics.second_derivatives import Tree
 from human_gait.dynamics.spatial import cross
 
 THORAX = SEGMENTS["thorax"]
+_PLACE = int(np.searchsorted(LINKS, THORAX))
 
 
 class CarriedForce:
     """The weight of the load of a body."""
 
     def __init__(self, body: Body) -> None:
-        self._table = body.table
-        self._point = np.append(body.load_com, 1.0)
+        to_dh = dh.link_to_dh(body.table)[THORAX]
+        self._point = to_dh @ np.append(body.load_com, 1.0)
         self._force = body.load.mass * GRAVITY
-        self._chain = np.array(paths(body.table)[THORAX])
-        self._curvature = TreeCurvature(body.table, _point_mass(body))
+        self._chain = np.array(dh.paths(body.table)[THORAX])
+        self._tree = Tree(body.table, _point_mass(body))
 
-    def added(self, dynamics: InverseDynamics, q: FloatArray) -> InverseDynamics:
-        """Return the inverse dynamics of a body that carries the force, at postures q (K, 55)."""
-        load = linearised_load(dynamics.axes, self._chain, self._wrench(dynamics, q))
+    def added(
+        self, dynamics: InverseDynamics, wrench: Linearised
+    ) -> tuple[InverseDynamics, Linearised]:
+        """Return dynamics and wrench (K, 6) of all bodies, of a body that carries the force."""
+        force = self._wrench(dynamics)
+        load = linearised_load(dynamics.axes, self._chain, force)
         value, partials = dynamics.torque.value.copy(), dynamics.torque.partials.copy()
         value[:, self._chain] -= load.value
         partials[:, self._chain] -= load.partials
-        return replace(dynamics, torque=Linearised(value, partials))
+        return replace(dynamics, torque=Linearised(value, partials)), wrench - force
 
     def hessian(
-        self, q: FloatArray, axes: FloatArray, by_torque: FloatArray, by_wrench: FloatArray
+        self, dynamics: InverseDynamics, by_torque: FloatArray, by_wrench: FloatArray
     ) -> FloatArray:
         """Return what the force adds to the second derivatives by q, (K, 55, 55).
 
-        Of torques and root wrench weighted as in `TreeCurvature.hessian`. A weight without inertia
-        is a mass that rests: it is not moved, and it does not resist.
+        Of torques and root wrench weighted as in `Tree.second`. A weight without inertia is a mass
+        that rests: it is not moved, and it does not resist.
         """
-        still = np.zeros_like(q)
-        return self._curvature.hessian((q, still, still), axes, by_torque, by_wrench).qq
+        still = np.zeros_like(by_torque)
+        at_rest = self._tree.first(dynamics, still, still)
+        return self._tree.second(at_rest, by_torque, by_wrench).by_posture()
 
-    def _wrench(self, dynamics: InverseDynamics, q: FloatArray) -> Linearised:
+    def _wrench(self, dynamics: InverseDynamics) -> Linearised:
         """Return force and moment p x f (K, 6) about the origin; dp/dq_i = l_i + w_i x p."""
-        _, A = frames(self._table, q)
-        p = (A[:, THORAX] @ self._point)[:, :3]
+        p = (dynamics.link_poses[:, _PLACE] @ self._point)[:, :3]
         linear, angular = (part.swapaxes(1, 2) for part in np.split(dynamics.axes, 2, axis=1))
         moved = (linear + cross(angular, p[:, None]))[:, self._chain]
         force = np.broadcast_to(self._force, p.shape)
-        partials = np.zeros((len(q), 6, 3 * N_DOF))
+        partials = np.zeros((len(p), 6, 3 * N_DOF))
         partials[:, 3:, self._chain] = cross(moved, self._force).swapaxes(1, 2)
         return Linearised(np.concatenate([force, cross(p, force)], axis=1), partials)
 

@@ -81,28 +81,34 @@ def make_dynamics(body: Body, engine: str) -> Dynamics:
     return PinocchioDynamics(body) if engine == "pinocchio" else RecursiveDynamics(body)
 
 
+_PAIRS = np.triu_indices(N_DOF, 1)
+
+
 class PinocchioDynamics:
     """The Pinocchio model of one body."""
 
     def __init__(self, body: Body) -> None:
         self.model = body.model
-        self._data = self.model.createData()
-        self._placements = [self._data.oMi[int(link) + 1] for link in LINKS]  # follow the data
+        self._data = data = self.model.createData()
+        # arrays in the memory of `data`: what is computed next is found in them
+        self._found = data.tau, data.J.T, data.dtau_dq, data.dtau_dv, data.M
+        placements = [data.oMi[int(link) + 1] for link in LINKS]
+        self._turned = [placement.rotation for placement in placements]
+        self._moved = [placement.translation for placement in placements]
 
     def inverse(self, q: FloatArray, v: FloatArray, a: FloatArray) -> InverseDynamics:
         """Return torques and partials at K instants, q, v, a (K, 55)."""
         K = len(q)
         tau, partials = np.empty((K, N_DOF)), np.empty((K, N_DOF, 3, N_DOF))
-        axes, poses = np.empty((K, 6, N_DOF)), np.empty((K, len(LINKS), 4, 4))
-        data = self._data
+        axes, poses = np.empty((K, N_DOF, 6)), np.tile(np.eye(4), (K, len(LINKS), 1, 1))
         for k in range(K):
-            pin.computeRNEADerivatives(self.model, data, q[k], v[k], a[k])
-            tau[k], axes[k] = data.tau, data.J
-            partials[k, :, 0], partials[k, :, 1] = data.dtau_dq, data.dtau_dv
-            partials[k, :, 2] = data.M
-            poses[k] = [placement.homogeneous for placement in self._placements]
-        partials[:, :, 2] = symmetric(partials[:, :, 2])  # of M only the upper triangle is filled
-        return InverseDynamics(Linearised(tau, partials.reshape(K, N_DOF, -1)), axes, poses)
+            pin.computeRNEADerivatives(self.model, self._data, q[k], v[k], a[k])
+            tau[k], axes[k], partials[k, :, 0], partials[k, :, 1], partials[k, :, 2] = self._found
+            poses[k, :, :3, :3], poses[k, :, :3, 3] = self._turned, self._moved
+        above, below = _PAIRS  # of M only the upper triangle is filled
+        partials[:, below, 2, above] = partials[:, above, 2, below]
+        torque = Linearised(tau, partials.reshape(K, N_DOF, -1))
+        return InverseDynamics(torque, axes.swapaxes(1, 2), poses)
 
 
 class RecursiveDynamics:
@@ -159,14 +165,14 @@ def linearised_load(
     return Linearised(load_torques(S, wrench.value), partials)
 
 
-def load_hessian(axes: FloatArray, weights: FloatArray, wrench: FloatArray) -> FloatArray:
+def load_hessian(axes: FloatArray, moved: FloatArray, wrench: FloatArray) -> FloatArray:
     """Return the second derivatives of sum w_i S_i^T F by q on one chain of joints, (K, c, c).
 
     Parameters
     ----------
     axes : (K, 6, c) array
-    weights : (K, c) array
-        w_i, constant.
+    moved : (K, 6, c) array
+        The d_j, from `weighted_axes_dq` with the constant weights w_i.
     wrench : (K, 6) array
         F, constant in the world.
 
@@ -175,7 +181,7 @@ def load_hessian(axes: FloatArray, weights: FloatArray, wrench: FloatArray) -> F
     d2/dq_i dq_j = F^T (S_i x d_j), d_j = S_j x sum of w_k S_k below j, for i above j or equal.
     """
     S = axes.swapaxes(1, 2)
-    upper = -cross_force(S, wrench[:, None]) @ weighted_axes_dq(axes, weights)
+    upper = -cross_force(S, wrench[:, None]) @ moved
     return symmetric(upper)
 
 

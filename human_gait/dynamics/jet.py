@@ -64,6 +64,15 @@ class Jet(Value):
         """Index the value; the derivatives follow."""
         return Jet(self.value[key], self.partials[key], self.second[key])
 
+    def reshaped(self, *shape: int) -> Jet:
+        """Return the value (K, *shape); the derivatives follow."""
+        K, n = len(self.value), self.partials.shape[-1]
+        return Jet(
+            self.value.reshape(K, *shape),
+            self.partials.reshape(K, *shape, n),
+            self.second.reshape(K, *shape, n, n),
+        )
+
     def __neg__(self) -> Jet:
         return Jet(-self.value, -self.partials, -self.second)
 
@@ -121,6 +130,15 @@ class Jet(Value):
 
 
 _NONE = (np.zeros(()), np.zeros(()))  # the derivatives of a constant
+
+
+def joined(parts: Sequence[Jet]) -> Jet:
+    """Return jets of vectors (K, n) one after the other."""
+    return Jet(
+        np.concatenate([part.value for part in parts], axis=1),
+        np.concatenate([part.partials for part in parts], axis=1),
+        np.concatenate([part.second for part in parts], axis=1),
+    )
 
 
 def stack(parts: Sequence[Jet]) -> Jet:

@@ -14,17 +14,6 @@ import numpy as np
 from human_gait.arrays import FloatArray
 
 
-def spatial_inertia(J: FloatArray) -> FloatArray:
-    """Return the inertia (..., 6, 6) about the world's origin from pseudo-inertias (..., 4, 4)."""
-    I = np.zeros((*J.shape[:-2], 6, 6))
-    moment = skew(J[..., :3, 3])
-    S = J[..., :3, :3]
-    I[..., :3, :3] = J[..., 3, 3, None, None] * np.eye(3)
-    I[..., :3, 3:], I[..., 3:, :3] = -moment, moment
-    I[..., 3:, 3:] = np.trace(S, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - S
-    return I
-
-
 def skew(r: FloatArray) -> FloatArray:
     """Return [r] of r x m = [r] m, (..., 3, 3)."""
     K = np.zeros((*r.shape, 3))
@@ -32,29 +21,6 @@ def skew(r: FloatArray) -> FloatArray:
     K[..., 0, 1], K[..., 0, 2], K[..., 1, 2] = -z, y, -x
     K[..., 1, 0], K[..., 2, 0], K[..., 2, 1] = z, -y, x
     return K
-
-
-def inertia_rate(I: FloatArray, m: FloatArray) -> FloatArray:
-    """Return how an inertia changes that moves along m, m x* I - I m x: symmetric."""
-    linear, angular = skew(m[..., :3]), skew(m[..., 3:])
-    X = np.zeros_like(I)  # m x* as a matrix
-    X[..., :3, :3] = X[..., 3:, 3:] = angular
-    X[..., 3:, :3] = linear
-    half = X @ I
-    return half + half.swapaxes(-1, -2)
-
-
-def cross_force_matrix(h: FloatArray) -> FloatArray:
-    """Return the matrix of m -> m x* h, (..., 6, 6): antisymmetric."""
-    B = np.zeros((*h.shape, 6))
-    B[..., :3, 3:] = B[..., 3:, :3] = -skew(h[..., :3])
-    B[..., 3:, 3:] = -skew(h[..., 3:])
-    return B
-
-
-def times(M: FloatArray, m: FloatArray) -> FloatArray:
-    """Return products of matrices (..., 6, 6) and vectors (..., 6)."""
-    return np.asarray((M @ m[..., None])[..., 0])
 
 
 def cross_motion(m: FloatArray, n: FloatArray) -> FloatArray:

@@ -9,30 +9,89 @@ of the first versions, ``tissue``.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from human_gait import data
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import DOF_NAMES, N_DOF, SIDES, index
-from human_gait.dynamics.jet import Linearised
+from human_gait.body.skeleton import DOF_NAMES, SIDES, index
 
 # Moments exp(c0 + ch hip + ck knee + ca ankle), angles in degrees, flexion and dorsiflexion
 # positive, and a constant; positive moments flex (ankle: dorsiflex). [N m]
-_HIP = (((1, 1.4655, -0.0750, -0.0034, 0.0), (-1, 1.3403, 0.0305, -0.0226, 0.0)), 8.072)
-_KNEE = (
-    (
-        (1, 1.800, 0.0217, -0.0352, 0.0460),
-        (-1, -3.971, -0.0128, 0.0495, 0.0004),
-        (1, 2.220, 0.0, -0.150, 0.0),
-    ),
-    -4.820,
+_TERMS = (
+    (0, 1, 1.4655, -0.0750, -0.0034, 0.0),  # hip
+    (0, -1, 1.3403, 0.0305, -0.0226, 0.0),
+    (1, 1, 1.800, 0.0217, -0.0352, 0.0460),  # knee
+    (1, -1, -3.971, -0.0128, 0.0495, 0.0004),
+    (1, 1, 2.220, 0.0, -0.150, 0.0),
+    (2, 1, -7.9763, 0.0, 0.0008, -0.1949),  # ankle
+    (2, -1, 2.1016, 0.0, -0.0176, 0.0843),
 )
-_ANKLE = (((1, -7.9763, 0.0, 0.0008, -0.1949), (-1, 2.1016, 0.0, -0.0176, 0.0843)), 1.792)
+_CONSTANTS = np.array([8.072, -4.820, 1.792])
+_OF_JOINT = np.eye(3)[[term[0] for term in _TERMS]]  # (7, 3)
+_SIGN, _AT_ZERO = np.array(_TERMS)[:, 1:3].T
+_SLOPES = np.rad2deg(np.array(_TERMS)[:, 3:])  # (7, 3), by radians
 
 _SAGITTAL = ("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
-_LEGS = tuple(np.array([index(f"{joint}_{side}") for joint in _SAGITTAL]) for side in SIDES)
+_LEGS = np.array([[index(f"{joint}_{side}") for joint in _SAGITTAL] for side in SIDES])
+
+
+@dataclass(frozen=True, eq=False)
+class PassiveTorque:
+    """Torques of tissues at K instants.
+
+    Attributes
+    ----------
+    value : (K, 55) array, [N m]
+    by_angle, by_velocity : (55,) array
+        Slopes of each by its own joint, without those of the muscles that span two.
+    sagittal : (K, 2, 3, 3) array
+        Further slopes, of hip, knee and ankle of both legs by these.
+    """
+
+    value: FloatArray
+    by_angle: FloatArray
+    by_velocity: FloatArray
+    sagittal: FloatArray
+
+    def gradient(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the gradient (K, 55) by q, and that by v, of torques weighted by (K, 55)."""
+        by_q = weights * self.by_angle
+        for f, leg in enumerate(_LEGS):
+            by_q[:, leg] += (weights[:, None, leg] @ self.sagittal[:, f])[:, 0]
+        return by_q, weights * self.by_velocity
+
+    def subtract_from(self, partials: FloatArray, joints: slice, first: int) -> None:
+        """Subtract the slopes of some joints from partials (K, j, 3, c) of theirs, in place.
+
+        The c DOF are any and, from the `first` one on, these joints.
+        """
+        n = partials.shape[1]
+        own, place = np.arange(n), first + np.arange(n)
+        partials[:, own, 0, place] -= self.by_angle[joints]
+        partials[:, own, 1, place] -= self.by_velocity[joints]
+        for f, leg in enumerate(_LEGS):
+            inner = leg - joints.start
+            if inner.min() >= 0 and inner.max() < n:
+                partials[:, inner[:, None], 0, first + inner] -= self.sagittal[:, f]
+
+    def add_squares(self, weights: FloatArray, own: FloatArray, lower: FloatArray) -> None:
+        """Add the second derivatives J^T w J of squares of the torques, weights (K, 55), in place.
+
+        To those of single DOF (K, 3, 55), by q twice, q and v, v twice; what couples joints of the
+        legs to those of the first DOF (3, K, n, n).
+        """
+        if not weights.any():
+            return
+        k, d = self.by_angle, self.by_velocity
+        own += weights[:, None] * np.stack([k * k, k * d, d * d])
+        for f, leg in enumerate(_LEGS):
+            J, w = self.sagittal[:, f], weights[:, leg, None]
+            on = slice(None), leg[:, None], leg
+            mixed = J.swapaxes(1, 2) * (weights[:, leg] * k[leg])[:, None]  # J^T w k
+            lower[0][on] += J.swapaxes(1, 2) @ (w * J) + mixed + mixed.swapaxes(1, 2)
+            lower[1][on] += J.swapaxes(1, 2) * (weights[:, leg] * d[leg])[:, None]
 
 
 class PassiveJoints:
@@ -52,55 +111,34 @@ class PassiveJoints:
         self.stiffness, self.damping = columns
         self.rest = np.deg2rad(_column(chosen, "rest_deg"))
 
-    def torque(self, q: FloatArray, v: FloatArray) -> Linearised:
-        """Return the passive torques (K, 55), [N m], at q, v (K, 55)."""
+    def torque(self, q: FloatArray, v: FloatArray) -> PassiveTorque:
+        """Return the passive torques at q, v (K, 55)."""
         value = -self.stiffness * (q - self.rest) - self.damping * v
-        partials = np.zeros((*q.shape, 3 * N_DOF))
-        i = np.arange(N_DOF)
-        partials[:, i, i], partials[:, i, N_DOF + i] = -self.stiffness, -self.damping
-        for leg in _LEGS:
-            moments, slopes = _sagittal(q[:, leg])
-            value[:, leg] += moments
-            partials[:, leg[:, None], leg] += slopes
-        return Linearised(value, partials)
+        moments = _moments(q)
+        value[:, _LEGS] += moments @ _OF_JOINT + _CONSTANTS
+        slopes = (moments[..., None, :] * _OF_JOINT.T) @ _SLOPES
+        return PassiveTorque(value, -self.stiffness, -self.damping, slopes)
 
-    def hessian(self, q: FloatArray, weights: FloatArray) -> FloatArray:
-        """Return the second derivatives (K, 55, 55) by q of the torques weighted by (K, 55)."""
-        second = np.zeros((*q.shape, N_DOF))
-        for leg in _LEGS:
-            for joint, (terms, _) in enumerate((_HIP, _KNEE, _ANKLE)):
-                for term in terms:
-                    c = np.rad2deg(np.array(term[2:]))
-                    size = weights[:, leg[joint]] * _term(term, q[:, leg])
-                    second[:, leg[:, None], leg] += size[:, None, None] * np.outer(c, c)
-        return second
+    def add_hessian(self, q: FloatArray, weights: FloatArray, into: FloatArray) -> None:
+        """Add the second derivatives by q of the torques weighted by (K, 55), in place.
+
+        To those by the first DOF (K, n, n), legs among them: others have none.
+        """
+        sizes = (weights[:, _LEGS] @ _OF_JOINT.T) * _moments(q)  # of each term (K, 2, 7)
+        curved = (sizes[..., None, :] * _SLOPES.T) @ _SLOPES
+        for f, leg in enumerate(_LEGS):
+            into[:, leg[:, None], leg] += curved[:, f]
 
 
-def no_torque(q: FloatArray) -> Linearised:
+def no_torque(q: FloatArray) -> PassiveTorque:
     """Return no passive torques (K, 55): muscles pay for all."""
-    return Linearised(0.0 * q, np.zeros((*q.shape, 3 * N_DOF)))
+    none, slopes = np.zeros(q.shape[1]), np.zeros((len(q), len(_LEGS), 3, 3))
+    return PassiveTorque(0.0 * q, none, none, slopes)
 
 
-def _sagittal(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return hip, knee and ankle moments (K, 3) and their slopes (K, 3, 3) at (K, 3) angles."""
-    joints = (_HIP, _KNEE, _ANKLE)
-    moments = np.stack([_moment(terms, offset, angles) for terms, offset in joints], axis=1)
-    slopes = np.stack([_slope(terms, angles) for terms, _ in joints], axis=1)
-    return moments, slopes
-
-
-def _term(term: Any, angles: FloatArray) -> FloatArray:
-    sign, c0, *c = term
-    return np.asarray(sign * np.exp(c0 + np.rad2deg(angles) @ np.array(c)))
-
-
-def _moment(terms: Any, offset: float, angles: FloatArray) -> FloatArray:
-    return np.asarray(sum(_term(term, angles) for term in terms) + offset)
-
-
-def _slope(terms: Any, angles: FloatArray) -> FloatArray:
-    slopes = [_term(term, angles)[:, None] * np.rad2deg(np.array(term[2:])) for term in terms]
-    return np.asarray(sum(slopes))
+def _moments(q: FloatArray) -> FloatArray:
+    """Return the exponential moments of both legs (K, 2, 7) at q (K, 55)."""
+    return np.asarray(_SIGN * np.exp(_AT_ZERO + q[:, _LEGS] @ _SLOPES.T))
 
 
 def _row(rows: Mapping[str, Mapping[str, str]], name: str) -> Mapping[str, str] | None:

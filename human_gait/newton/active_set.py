@@ -20,6 +20,7 @@ from collections import deque
 import numpy as np
 
 from human_gait.arrays import FloatArray
+from human_gait.newton.matrix import matrix_of
 from human_gait.newton.nonlinear_program import (
     Derivatives,
     Duals,
@@ -36,7 +37,10 @@ LOST = "no active set within reach"
 WIDEST = 0.3
 """Largest change of a variable in one step ever."""
 
-_HOMOTOPY = (0.5, 0.25)  # t of the first steps; 0 from then on
+_HOMOTOPY = (0.5,)  # t of the first steps; 0 from then on
+_AT_ONCE = (
+    0.1  # what a start violates, and what its multipliers ask for it: if less, t is 0 at once
+)
 _MOST_STEPS = 25
 _RADIUS = 0.12  # largest change of a variable in one step, at first
 _WIDER = 1.6  # after a whole step
@@ -80,8 +84,9 @@ class Homotopy:
         Curvature is that of the Lagrangian; t r'x and the shifts t s have none.
         """
         lower, upper = (bound - here.bounded for bound in self.bounds(t))
-        H = self.stacked.hessian(here.x, y[self.stacked.n :])
-        return Quadratic(H, self.gradient(t, now), now.jacobian, lower, upper)
+        y = y[self.stacked.n :]
+        H = matrix_of(self.stacked.hessian(here.x, y, np.zeros_like(y))).dense()
+        return Quadratic(H, self.gradient(t, now), now.jacobian.toarray(), lower, upper)
 
     def gradient(self, t: float, derivatives: Derivatives) -> FloatArray:
         """Return the gradient (n,) of the cost."""
@@ -136,11 +141,13 @@ def follow(problem: NonlinearProgram, start: FloatArray, duals: Duals) -> End:
     y = noticed(stacked, duals)
     here, now = stacked.point(start), stacked.derivatives(start)
     path = Homotopy(stacked, here, now.slope(y), y)
+    excess = stacked.excess(here)
+    homotopy = _HOMOTOPY if max(excess.max(), np.abs(y) @ excess) > _AT_ONCE else ()
     prices, past, radius = np.zeros_like(y), deque[Point](maxlen=_MEMORY), _RADIUS
     for step in range(_MOST_STEPS + 1):
-        t = _HOMOTOPY[step] if step < len(_HOMOTOPY) else 0.0
+        t = homotopy[step] if step < len(homotopy) else 0.0
         # at t > 0 another problem was solved: not before one step of the problem itself
-        if step > len(_HOMOTOPY) and is_optimal(stacked, here, now, y):
+        if step > len(homotopy) and is_optimal(stacked, here, now, y):
             return _end(stacked, here, y, OPTIMAL, step)
         if step == _MOST_STEPS:
             break

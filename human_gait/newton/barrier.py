@@ -23,7 +23,6 @@ from human_gait.arrays import FloatArray
 from human_gait.newton.filter import NOWHERE, Measures
 from human_gait.newton.nonlinear_program import Derivatives, Duals, Point, Stacked
 
-_PUSH = 1e-2  # of a start into the bounds, part of their distance; kappa_1 and kappa_2, section 3.6
 _LEAST_GAP = 1e-15  # so that nothing is divided by 0 where rounding put a value on its bound
 _FALL = 0.2  # part of the barrier that the next stage has at most, kappa_mu of Eq. (7)
 
@@ -40,11 +39,16 @@ class Schedule(NamedTuple):
         of step A-3.
     power : float
         The next barrier is this one to that power, or lower; theta_mu.
+    push, share : float
+        How far a start is put inside its bounds: so much, but no larger part of their distance;
+        kappa_1 and kappa_2 of section 3.6. Slacks beside bounds of narrow rows hold up all else.
     """
 
     first: float
     patience: float
     power: float
+    push: float = 0.01
+    share: float = 0.01
 
     def ends(self, barrier: float, error: float) -> bool:
         """Return whether the stage of a barrier is over."""
@@ -96,6 +100,8 @@ class Bounds:
     Parameters
     ----------
     stacked : Stacked
+    cold : Schedule
+        Where a start without multipliers is put.
 
     Attributes
     ----------
@@ -109,8 +115,8 @@ class Bounds:
         Where there is a barrier.
     """
 
-    def __init__(self, stacked: Stacked) -> None:
-        self.n = stacked.n
+    def __init__(self, stacked: Stacked, cold: Schedule = COLD) -> None:
+        self.n, self._cold = stacked.n, cold
         self.equal = stacked.lower == stacked.upper
         self._values = stacked.lower  # of those that are equal
         self.lower = np.where(self.equal, -np.inf, stacked.lower)
@@ -170,7 +176,8 @@ class Bounds:
         self, values: FloatArray, z: FloatArray | None, barrier: float, part: slice
     ) -> FloatArray:
         lower, upper = self.lower[part], self.upper[part]
-        margin = _PUSH * np.minimum(upper - lower, 1.0)
+        schedule = self._cold if z is None else WARM
+        margin = np.minimum(schedule.push, schedule.share * (upper - lower))
         values = np.clip(values, lower + margin, upper - margin)
         if z is not None:
             near = barrier / np.maximum(np.abs(z), np.finfo(float).tiny)  # gap * |z| = barrier

@@ -30,9 +30,21 @@ def first(damping: float) -> float:
     return damping if damping >= UNDAMPED else 0.0
 
 
-def if_indefinite(tried: float, damping: float) -> float:
-    """Return what is tried next after a matrix that is not positive definite."""
-    return max(_MORE * tried, _LESS * damping, _LEAST)
+def if_indefinite(tried: float, damping: float, too_little: float) -> float:
+    """Return what is tried next after a matrix that is not positive definite.
+
+    Parameters
+    ----------
+    tried : float
+    damping : float
+        What the last step left.
+    too_little : float
+        A damping that is known not to suffice either: what is not above it is not tried.
+    """
+    more = max(_MORE * tried, _LESS * damping, _LEAST)
+    while more <= min(too_little, MOST):
+        more *= _MORE
+    return more
 
 
 def if_refused(tried: float) -> float:

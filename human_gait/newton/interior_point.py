@@ -1,4 +1,4 @@
-"""A primal-dual interior-point method with exact second derivatives, for dense blocks.
+"""A primal-dual interior-point method with exact second derivatives.
 
 Rows c(x) get slacks s, and logarithmic barriers keep x and s inside their bounds (`barrier`); the
 barriers fall in a few stages. Each step is one of Newton's method on the optimality conditions
@@ -25,9 +25,9 @@ from human_gait.newton import damping as damped
 from human_gait.newton.barrier import COLD, WARM, Bounds, Schedule, State
 from human_gait.newton.filter import Filter
 from human_gait.newton.line_search import along
-from human_gait.newton.newton_step import NewtonSystem, Step, blocks_of
+from human_gait.newton.newton_step import NewtonSystem, Step
 from human_gait.newton.nonlinear_program import Duals, End, NonlinearProgram, Point, Stacked
-from human_gait.newton.optimality import Goal, error
+from human_gait.newton.optimality import Goal, Left, left
 
 OPTIMAL = "optimal"
 LIMIT_REACHED = "iteration limit reached"
@@ -61,7 +61,7 @@ def minimise(
     duals : Duals, optional
         Multipliers of a start that is nearly optimal: the barrier then starts low.
     cold : Schedule
-        How the barrier falls from a start without multipliers.
+        Where a start without multipliers is put, and how its barrier falls.
 
     Returns
     -------
@@ -76,7 +76,7 @@ def minimise(
         Whatever an evaluation raises, but for cost or rows that need the inverse of a singular
         matrix: the step is then shortened.
     """
-    method, goal = InteriorPoint(problem), goal or Goal()
+    method, goal = InteriorPoint(problem, cold), goal or Goal()
     stages = Stages(cold if duals is None else WARM, LAST_BARRIER * goal.complementary)
     state = method.start(start, duals, stages.barrier)
     if isinstance(state, str):
@@ -91,11 +91,12 @@ def _descended(
     """Return where steps from a state end."""
     damping, anew = 0.0, _ANEW
     for steps in range(goal.most_iterations + 1):
-        if error(method.bounds, state).meets(goal):
+        remaining = left(method.bounds, state)
+        if remaining.of(0.0).meets(goal):
             return method.end(state, OPTIMAL, steps)
         if steps == goal.most_iterations:
             break
-        stages.advance(method.bounds, state)
+        stages.advance(remaining)
         found = method.step(state, stages.barrier, damping, stages.seen)
         if found is None and not anew:
             return method.end(state, STUCK, steps)
@@ -130,14 +131,14 @@ class Stages:
         """Go to the first stage of a schedule."""
         self._schedule, self.barrier, self.seen = schedule, schedule.first, Filter()
 
-    def advance(self, bounds: Bounds, state: State) -> None:
-        """Go on to the first stage that a state has not solved yet, Algorithm A, A-3.
+    def advance(self, remaining: Left) -> None:
+        """Go on to the first stage of which too much remains, Algorithm A, A-3.
 
         Each begins with an empty filter: its barrier function is another one, so that earlier
         heights mean nothing.
         """
         while self.barrier > self._last and self._schedule.ends(
-            self.barrier, error(bounds, state, self.barrier).largest
+            self.barrier, remaining.of(self.barrier).largest
         ):
             self.barrier = max(self._schedule.after(self.barrier), self._last)
             self.seen = Filter()
@@ -149,6 +150,8 @@ class InteriorPoint:
     Parameters
     ----------
     problem : NonlinearProgram
+    cold : Schedule
+        Where a start without multipliers is put.
 
     Attributes
     ----------
@@ -156,10 +159,9 @@ class InteriorPoint:
     bounds : Bounds
     """
 
-    def __init__(self, problem: NonlinearProgram) -> None:
+    def __init__(self, problem: NonlinearProgram, cold: Schedule = COLD) -> None:
         self.stacked = Stacked(problem)
-        self.bounds = Bounds(self.stacked)
-        self._blocks = blocks_of(problem.jacobian_entries)
+        self.bounds = Bounds(self.stacked, cold)
 
     def start(self, x: FloatArray, duals: Duals | None, barrier: float) -> State | str:
         """Return a state inside the bounds, or why there is none."""
@@ -177,7 +179,7 @@ class InteriorPoint:
 
     def system(self, state: State, barrier: float) -> NewtonSystem:
         """Return the linear equations of a step from a state."""
-        return NewtonSystem(self.stacked, self.bounds, self._blocks, state, barrier)
+        return NewtonSystem(self.stacked, self.bounds, state, barrier)
 
     def step(
         self, state: State, barrier: float, damping: float, seen: Filter
@@ -191,8 +193,8 @@ class InteriorPoint:
         tried = damped.first(damping)
         while tried <= damped.MOST:
             factor = system.factor(tried)
-            if factor is None:
-                tried = damped.if_indefinite(tried, damping)
+            if isinstance(factor, float):
+                tried = damped.if_indefinite(tried, damping, tried + factor)
                 continue
             step = system.step(factor)
             if not np.all(np.isfinite(step.inside)):

@@ -6,8 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from human_gait.arrays import FloatArray, IntArray
+from human_gait.newton.matrix import Matrix
 
 
 @dataclass(frozen=True)
@@ -25,8 +27,9 @@ class NonlinearProgram:
         Rows and columns of the entries that can differ from zero; what occurs twice is added.
     jacobian : function, x -> array
         The entries.
-    hessian : function, (x, float, (m,) array) -> (n, n) array
-        Second derivatives of factor * cost + multipliers * rows, in an array of their own.
+    hessian : function, (x, float, (m,) array, (m,) array) -> (n, n) array or Matrix
+        Second derivatives of factor * cost + multipliers * rows, and J' diag(curvature) J of the
+        rows' Jacobian J, in an array of their own.
     """
 
     lower: FloatArray
@@ -38,7 +41,7 @@ class NonlinearProgram:
     rows: Callable[[FloatArray], FloatArray]
     jacobian_entries: tuple[IntArray, IntArray]
     jacobian: Callable[[FloatArray], FloatArray]
-    hessian: Callable[[FloatArray, float, FloatArray], FloatArray]
+    hessian: Callable[[FloatArray, float, FloatArray, FloatArray], FloatArray | Matrix]
 
 
 @dataclass(frozen=True)
@@ -87,10 +90,10 @@ class Point:
 
 @dataclass(frozen=True)
 class Derivatives:
-    """Gradient (n,) of the cost and dense Jacobian (m, n) of the rows."""
+    """Gradient (n,) of the cost and sparse Jacobian (m, n) of the rows."""
 
     gradient: FloatArray
-    jacobian: FloatArray
+    jacobian: csr_array
 
     def slope(self, y: FloatArray) -> FloatArray:
         """Return the gradient (n,) of the Lagrangian with multipliers of all that is bounded."""
@@ -99,7 +102,7 @@ class Derivatives:
 
 
 class Stacked:
-    """A nonlinear program with dense derivatives, its variables and rows bounded alike.
+    """A nonlinear program, its variables and rows bounded alike.
 
     Attributes
     ----------
@@ -113,7 +116,11 @@ class Stacked:
         self.lower = np.concatenate([problem.lower, problem.row_lower])
         self.upper = np.concatenate([problem.upper, problem.row_upper])
         rows, columns = problem.jacobian_entries
-        self._places = rows * self.n + columns
+        order = np.argsort(rows, kind="stable")  # row by row; what occurs twice stays so
+        self._order = order if np.any(np.diff(rows) < 0) else slice(None)
+        self._columns = columns[order].astype(np.int32)
+        ends = np.cumsum(np.bincount(rows, minlength=len(problem.row_lower)))
+        self._starts = np.concatenate([[0], ends]).astype(np.int32)
 
     def point(self, x: FloatArray) -> Point:
         """Return cost and rows; an infinite cost where they cannot be computed."""
@@ -125,13 +132,23 @@ class Stacked:
         computed = np.isfinite(cost) and np.all(np.isfinite(point.bounded))
         return point if computed else Point(x, np.inf, np.zeros_like(self.lower))
 
+    def excess(self, point: Point) -> FloatArray:
+        """Return by how much each bound is exceeded, (n + m,)."""
+        beyond = np.maximum(self.lower - point.bounded, point.bounded - self.upper)
+        return np.asarray(np.maximum(beyond, 0.0), dtype=float)
+
     def derivatives(self, x: FloatArray) -> Derivatives:
         """Return gradient and Jacobian."""
-        m, n = len(self.lower) - self.n, self.n
-        entries = np.bincount(self._places, self._problem.jacobian(x), m * n)
-        jacobian = np.asarray(entries.reshape(m, n), dtype=float)
+        shape = len(self.lower) - self.n, self.n
+        entries = np.asarray(self._problem.jacobian(x), dtype=float)[self._order]
+        jacobian = csr_array((entries, self._columns, self._starts), shape=shape)
         return Derivatives(self._problem.gradient(x), jacobian)
 
-    def hessian(self, x: FloatArray, by_row: FloatArray) -> FloatArray:
-        """Return the second derivatives (n, n) of the Lagrangian, in an array of their own."""
-        return self._problem.hessian(x, 1.0, by_row)
+    def hessian(
+        self, x: FloatArray, by_row: FloatArray, curvature: FloatArray
+    ) -> FloatArray | Matrix:
+        """Return the second derivatives (n, n) of the Lagrangian, in an array of their own.
+
+        J' diag(curvature) J is added, curvature (m,) being that of what else depends on the rows.
+        """
+        return self._problem.hessian(x, 1.0, by_row, curvature)

@@ -54,23 +54,51 @@ class Error(NamedTuple):
         return all(left <= allowed for left, allowed in zip(self, wanted, strict=True))
 
 
-def error(bounds: Bounds, state: State, barrier: float = 0.0) -> Error:
-    """Return what is left of the conditions of a barrier problem; with 0 of the problem itself.
+class Left(NamedTuple):
+    """What is left of the conditions at a state, whatever the barrier.
+
+    Attributes
+    ----------
+    stationary, feasible : float
+        As those of `Error`.
+    least, most : float
+        Products of a multiplier and the distance from its bound, as parts of the scale.
+    scale : float
+    """
+
+    stationary: float
+    feasible: float
+    least: float
+    most: float
+    scale: float
+
+    def of(self, barrier: float) -> Error:
+        """Return what is left of a barrier problem; with 0 of the problem itself."""
+        wanted = barrier / self.scale
+        return Error(
+            self.stationary, self.feasible, max(self.most - wanted, wanted - self.least, 0.0)
+        )
+
+
+def left(bounds: Bounds, state: State) -> Left:
+    """Return what is left of the conditions of a barrier problem at a state.
 
     gradient f + J' y - low + high = 0    by variables,    c(x) = s,
                    - y - low + high = 0    by slacks,       low * below = high * above = barrier
     """
     below, above = bounds.gaps(state.inside)
     by_value = np.concatenate([state.slope, -state.y])
-    left = np.where(bounds.equal, 0.0, by_value - state.low + state.high)
+    slope = np.where(bounds.equal, 0.0, by_value - state.low + state.high)
     low, high = state.low[bounds.below], state.high[bounds.above]
     products = np.concatenate([low * below[bounds.below], high * above[bounds.above]])
     multipliers = np.concatenate([np.abs(state.y), low, high])
     mean = float(multipliers.sum()) / max(len(multipliers), 1)
     scale = max(_SCALE, mean) / _SCALE
     missing = state.point.bounded - state.inside
-    return Error(
-        float(np.abs(left).max(initial=0.0)) / scale,
+    return Left(
+        float(np.abs(slope).max(initial=0.0)) / scale,
         float(np.abs(missing).max(initial=0.0)),
-        float(np.abs(products - barrier).max(initial=0.0)) / scale,
+        float(products.min(initial=np.inf)) / scale,
+        float(products.max(initial=-np.inf)) / scale,
+        scale,
     )

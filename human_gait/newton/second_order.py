@@ -4,25 +4,55 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Generic, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from human_gait.arrays import FloatArray, IntArray
+from human_gait.newton.matrix import Matrix, Sparse
+
+Member = TypeVar("Member")
+
+
+class Weighted(NamedTuple, Generic[Member]):
+    """A member of a family, and what depends on its rows.
+
+    Attributes
+    ----------
+    member : function
+    multipliers : (m,) array
+        Derivatives by the rows, y.
+    curvature : (m,) array
+        Second derivatives by each row, s; none negative.
+    """
+
+    member: Member
+    multipliers: FloatArray
+    curvature: FloatArray
 
 
 class Family(Protocol):
-    """Functions of the same variables whose second derivatives are computed in one pass."""
+    """Functions of the same variables whose derivatives are computed in one pass."""
 
-    def hessian(self, x: FloatArray, weighted: Sequence[tuple[Any, FloatArray]]) -> FloatArray:
-        """Return the second derivatives (n, n) of the sum of members times multipliers.
+    def cost(self, x: FloatArray, members: Sequence[Any]) -> float:
+        """Return the sum of members of one row each."""
+
+    def gradient(self, x: FloatArray, members: Sequence[Any]) -> FloatArray:
+        """Return the gradient (n,) of the sum of members of one row each."""
+
+    def hessian(self, x: FloatArray, weighted: Sequence[Weighted[Any]]) -> FloatArray | Matrix:
+        """Return the second derivatives (n, n) of functions of the members' rows c.
+
+        A function with the derivatives y and the second derivatives diag(s) by the rows has
+
+            sum over rows of y c'' + J' diag(s) J .
 
         Parameters
         ----------
         x : (n,) array
-        weighted : sequence of (member, (m,) array)
-            Members of the family with the multipliers of their rows.
+        weighted : sequence of Weighted
+            Members of the family, each with y and s.
         """
 
 
@@ -44,9 +74,29 @@ class SecondOrder(Protocol):
         """Return the Jacobian's entries."""
 
 
+class OwnFamily:
+    """A function that is its own family: whatever it is a member of is the sum of its members."""
+
+    @property
+    def family(self) -> Self:
+        """The function itself."""
+        return self
+
+    def cost(self, x: FloatArray, members: Sequence[SecondOrder]) -> float:
+        """Return the sum of members of one row each."""
+        return float(sum(member.value(x)[0] for member in members))
+
+    def gradient(self, x: FloatArray, members: Sequence[SecondOrder]) -> FloatArray:
+        """Return the gradient (n,) of the sum of members of one row each."""
+        slope = np.zeros(len(x))
+        for member in members:
+            np.add.at(slope, member.entries[1], member.jacobian(x))
+        return slope
+
+
 @dataclass(frozen=True, eq=False)
-class Alone:
-    """A function that is its own family, from plain functions with dense derivatives.
+class Alone(OwnFamily):
+    """A function from plain functions with dense derivatives.
 
     Attributes
     ----------
@@ -63,11 +113,6 @@ class Alone:
     second: Callable[[FloatArray, FloatArray], FloatArray]
 
     @property
-    def family(self) -> Alone:
-        """The function itself."""
-        return self
-
-    @property
     def entries(self) -> tuple[IntArray, IntArray]:
         """Every row and column."""
         rows, columns = np.indices(self.shape).reshape(2, -1)
@@ -77,15 +122,18 @@ class Alone:
         """Return the Jacobian's entries, row by row."""
         return np.asarray(self.dense_jacobian(x), dtype=float).ravel()
 
-    def hessian(self, x: FloatArray, weighted: Sequence[tuple[Any, FloatArray]]) -> FloatArray:
-        """Return the second derivatives (n, n) of multipliers * rows."""
+    def hessian(self, x: FloatArray, weighted: Sequence[Weighted[Any]]) -> FloatArray:
+        """Return the second derivatives (n, n) of functions of the rows."""
         found = np.zeros((len(x), len(x)))
-        for _, multipliers in weighted:
+        for _, multipliers, _ in weighted:
             found += self.second(x, multipliers)
+        if np.any(curvature := _sum_of_curvatures(weighted)):
+            J = np.asarray(self.dense_jacobian(x))
+            found += J.T @ (curvature[:, None] * J)
         return found
 
 
-class Linear:
+class Linear(OwnFamily):
     """Rows A x + b, which have no second derivatives.
 
     Parameters
@@ -96,12 +144,7 @@ class Linear:
 
     def __init__(self, A: csr_array, b: FloatArray) -> None:
         self._A, self._b = csr_array(A), b
-        self._coordinates = self._A.tocoo()
-
-    @property
-    def family(self) -> Linear:
-        """The rows themselves."""
-        return self
+        self._coordinates, self._transposed = self._A.tocoo(), csr_array(self._A.T)
 
     @property
     def entries(self) -> tuple[IntArray, IntArray]:
@@ -117,13 +160,13 @@ class Linear:
         """Return the entries of A."""
         return np.asarray(self._coordinates.data)
 
-    def hessian(self, x: FloatArray, _: Sequence[tuple[Any, FloatArray]]) -> FloatArray:
-        """Return nothing but zeros."""
-        return np.zeros((len(x), len(x)))
+    def hessian(self, _: FloatArray, weighted: Sequence[Weighted[Any]]) -> Sparse:
+        """Return A' diag(curvature) A."""
+        return Sparse((self._transposed * _sum_of_curvatures(weighted)) @ self._A)
 
 
 @dataclass(frozen=True, eq=False)
-class QuadraticForm:
+class QuadraticForm(OwnFamily):
     """The function x^T Q x / 2 + b^T x + c.
 
     Attributes
@@ -139,11 +182,6 @@ class QuadraticForm:
     c: float = 0.0
 
     @property
-    def family(self) -> QuadraticForm:
-        """The function itself."""
-        return self
-
-    @property
     def entries(self) -> tuple[IntArray, IntArray]:
         """The whole gradient."""
         n = len(self.b)
@@ -157,9 +195,16 @@ class QuadraticForm:
         """Return the gradient (n,)."""
         return np.asarray(self.Q @ x + self.b)
 
-    def hessian(self, _: FloatArray, weighted: Sequence[tuple[Any, FloatArray]]) -> FloatArray:
-        """Return Q times the multipliers."""
-        return np.asarray(sum(float(y[0]) for _, y in weighted) * self.Q)
+    def hessian(self, x: FloatArray, weighted: Sequence[Weighted[Any]]) -> FloatArray:
+        """Return Q times the multipliers, and the curvature times the gradient squared."""
+        slope, curvature = self.jacobian(x), float(np.sum(_sum_of_curvatures(weighted)))
+        found = curvature * np.outer(slope, slope)
+        return np.asarray(found + sum(float(y[0]) for _, y, _ in weighted) * self.Q)
+
+
+def _sum_of_curvatures(weighted: Sequence[Weighted[Any]]) -> FloatArray:
+    """Return the curvature (m,) of the rows of a function that is given once or more."""
+    return np.asarray(sum(curvature for _, _, curvature in weighted))
 
 
 def by_differences(

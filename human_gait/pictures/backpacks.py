@@ -144,7 +144,7 @@ def vertical_force(gait: Gait, feet: Sequence[int]) -> FloatArray:
 
     In weights of the body alone, whatever it carries.
     """
-    instants = gait.instants(gait.step_time * (1.0 + PERCENT / 50.0))
+    instants = gait.right_stride
     return np.asarray(instants.grf[:, feet, 1].sum(axis=1) / _weight(gait))
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @plain(STYLE)
 def zmp(gait: Gait) -> Picture:
     """Return the ZMP and each foot's centre of pressure on the footprints of one stride."""
-    figure = new_figure(9.6, 2.7)
+    figure = new_figure(9.6, 2.7, left=0.073, bottom=0.015, right=0.996, top=0.985)
     ax = figure.subplots()
     _draw_support(ax, gait)
     draw_footprints(ax, gait, lambda points: (points[:, 2], points[:, 0]))

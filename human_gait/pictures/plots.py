@@ -75,7 +75,7 @@ def save_plots(gait: Gait, folder: str | Path) -> None:
 def joint_torques(gait: Gait) -> Picture:
     """Return the torques of the right hip, knee and ankle over the gait cycle (Fig. 8)."""
     columns, mass = gait_cycle(gait), gait.body.subject.mass
-    figure = new_figure(6.4, 6.6)
+    figure = new_figure(6.4, 6.6, left=0.105, bottom=0.067, right=0.9, top=0.927, hspace=0.186)
     panels = figure.subplots(3, 1, sharex=True)
     for ax, (column, (joint, sign)) in zip(panels, _TORQUES.items(), strict=True):
         mark_phases(ax, gait)
@@ -92,12 +92,16 @@ def joint_torques(gait: Gait) -> Picture:
 def joint_angles(gait: Gait) -> Picture:
     """Return the angles of pelvis, trunk and the right limbs over the gait cycle."""
     columns = gait_cycle(gait)
-    figure = new_figure(9.6, 6.8)
+    figure = new_figure(
+        9.6, 6.8, left=0.068, bottom=0.069, right=0.965, top=0.942, wspace=0.32, hspace=0.43
+    )
     panels = figure.subplots(3, 4)
     for ax, (column, (joint, sign)) in zip(panels.flat, _ANGLES.items(), strict=False):
         mark_phases(ax, gait)
         ax.plot(columns["gait_cycle_percent"], columns[column], color=RIGHT)
         ax.set_title(f"{joint}\n{sign}", loc="left")
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.set_label_coords(0.5, 0.0)  # no place is looked for: they have no labels
         widen(ax, 10.0)
     figure.supxlabel(CYCLE_LABEL, fontsize=9.0)
     figure.supylabel("angle [deg]", fontsize=9.0)
@@ -118,7 +122,7 @@ def _phase_handles() -> list[Any]:
 def ground_reaction(gait: Gait) -> Picture:
     """Return the vertical and the fore-aft ground reaction force of each foot."""
     columns, weight = gait_cycle(gait), gait.body.subject.mass * GRAVITY
-    figure = new_figure(6.4, 5.4)
+    figure = new_figure(6.4, 5.4, left=0.105, bottom=0.082, right=0.89, top=0.911, hspace=0.19)
     panels = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     for ax, (column, (name, sign)) in zip(panels, _FORCES.items(), strict=True):
         mark_phases(ax, gait)
@@ -161,5 +165,7 @@ def plot(gait: Gait, name: str) -> Picture:
         raise ValueError(f"no picture is called {name!r}: choose from {', '.join(PLOTS)}")
     with plain(STYLE):
         figure = PLOTS[name](gait)
-        warn_on(figure, no_walk(gait))
+        if warning := no_walk(gait):
+            figure.set_layout_engine("constrained")  # there is one line more
+            warn_on(figure, warning)
         return figure

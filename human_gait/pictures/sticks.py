@@ -38,7 +38,7 @@ def stick_diagram(gait: Gait) -> Picture:
     """Return stick figures of one stride at even intervals; square dots are the ZMP (Fig. 7)."""
     times = np.linspace(0.0, 2 * gait.step_time, _STICK_INSTANTS)
     instants = gait.instants(times)
-    figure = new_figure(9.6, 6.2)
+    figure = new_figure(9.6, 6.2, left=0.004, bottom=0.04, right=0.996, top=0.947)
     ax = figure.subplots()
     _draw_ruler(ax, gait)
     draw_footprints(ax, gait, lambda points: project(points).T)

@@ -24,6 +24,7 @@ FOOT_NAMES = ("right foot", "left foot")
 STYLE: Any = {
     "font.size": 9.0,
     "axes.titlesize": 9.5,
+    "axes.titley": 1.0,  # else it is looked for at each drawing
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.axisbelow": True,
@@ -34,9 +35,20 @@ STYLE: Any = {
 CYCLE_LABEL = "gait cycle from right heel strike [%]"
 
 
-def new_figure(width: float, height: float) -> Picture:
-    """Return an empty figure, [inch], to be filled in `STYLE`."""
-    return Picture(width, height, DPI, "constrained")
+def new_figure(width: float, height: float, **edges: float) -> Picture:
+    """Return an empty figure, [inch], to be filled in `STYLE`.
+
+    Parameters
+    ----------
+    width, height : float, [inch]
+    **edges
+        Edges and gaps of the panels, as shares of the figure and of a panel (``subplots_adjust``).
+        Without them matplotlib measures all texts to find some, which takes as long as drawing.
+    """
+    figure = Picture(width, height, DPI, None if edges else "constrained")
+    if edges:
+        figure.subplots_adjust(**edges)
+    return figure
 
 
 def _events(gait: Gait) -> tuple[float, ...]:

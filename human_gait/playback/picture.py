@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import gaussian_filter, map_coordinates
 
 from human_gait.arrays import FloatArray, IntArray
 from human_gait.body.skeleton import GRAVITY, SIDES_IN_WORDS
@@ -252,9 +251,24 @@ class Stage:
         dark.flat[seen(points, faces, width, height).pixel] = _DARK
         column, row = self._x / _CELL - low[0] - 0.5, self._z / _CELL - low[1] - 0.5
         under = (column > 0) & (column < width) & (row > 0) & (row < height)
-        places = np.stack([row[under], column[under]])
-        lost = map_coordinates(gaussian_filter(dark, _SOFT), places, order=1)
+        lost = _between(_softened(dark), row[under], column[under])
         picture[under] *= 1.0 - lost[:, None]
+
+
+def _softened(dark: Drawn) -> FloatArray:
+    """Return a shadow (m, n) with soft edges: blurred by a Gaussian of `_SOFT` cells."""
+    apart = (np.subtract.outer(np.arange(n), np.arange(n)) / _SOFT for n in dark.shape)
+    down, across = (np.exp(-(d**2) / 2.0) / (np.sqrt(2.0 * np.pi) * _SOFT) for d in apart)
+    return np.asarray(down @ dark @ across)
+
+
+def _between(grid: FloatArray, row: FloatArray, column: FloatArray) -> FloatArray:
+    """Return what is at places within a grid (m, n), linearly from the four cells around."""
+    m, n = grid.shape
+    i, k = np.minimum(row.astype(int), m - 2), np.minimum(column.astype(int), n - 2)
+    down, right = row - i, column - k
+    upper, lower = (grid[j, k] + right * (grid[j, k + 1] - grid[j, k]) for j in (i, i + 1))
+    return np.asarray(upper + down * (lower - upper))
 
 
 def _arrow(tail: FloatArray, tip: FloatArray, height: int) -> tuple[FloatArray, IntArray]:

@@ -7,8 +7,10 @@ far the forces of the feet lean.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from human_gait.arrays import FloatArray, IntArray
 from human_gait.body.skeleton import N_DOF, SIDES_IN_WORDS
@@ -196,17 +198,35 @@ def _of_ground(
     rows : function
         The ground reaction -> jets of any shape, which follow each other at the instants `k`.
     """
+    last: list[tuple[Instants, Jet]] = []
+
+    @lru_cache
+    def places(n: int) -> IntArray:
+        """Return where the n variables of each row are among those of all instants."""
+        return (k[:, None] * n + np.arange(n)).ravel()
+
+    def known(now: Instants) -> Jet:
+        """Return the rows at the instants, without computing the last ones again."""
+        if not last or last[0][0] is not now:
+            last[:] = [(now, _flat(rows(now.ground)))]
+        return last[0][1]
 
     def evaluate(now: Instants) -> Residual:
-        r = _flat(rows(now.ground))
-        dy_dx = now.ground.variables.partials[k]  # (r, n, 165)
-        dr_dx = (r.partials[:, None] @ dy_dx)[:, 0]
+        r, dy_dx = known(now), now.ground.variables.partials
+        n = dy_dx.shape[1]
+        starts = np.arange(0, r.partials.size + 1, n)
+        by_ground = csr_array((r.partials.ravel(), places(n), starts), (len(k), len(dy_dx) * n))
+        dr_dx = by_ground @ dy_dx.reshape(-1, 3 * N_DOF)
         return Residual(r.value, *np.split(dr_dx, 3, axis=1))
 
-    def to_adjoint(now: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
-        r = _flat(rows(now.ground))
+    def to_adjoint(
+        now: Instants, multipliers: FloatArray, curvature: FloatArray, adjoint: Adjoint
+    ) -> None:
+        r = known(now)
         np.add.at(adjoint.ground, k, multipliers[:, None] * r.partials)
-        np.add.at(adjoint.ground_second, k, multipliers[:, None, None] * r.second)
+        second = multipliers[:, None, None] * r.second
+        second += (curvature[:, None] * r.partials)[:, :, None] * r.partials[:, None]
+        np.add.at(adjoint.ground_second, k, second)
 
     lower = np.full(len(k), least)
     return Constraint(

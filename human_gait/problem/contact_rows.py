@@ -12,7 +12,7 @@ from human_gait.body.skeleton import SIDES_IN_WORDS
 from human_gait.dynamics.inverse_dynamics import CHAINS
 from human_gait.problem.residual import Constraint, Demand, Residual, Tolerance, Words
 from human_gait.scenario import Scenario
-from human_gait.walk.adjoint import Adjoint
+from human_gait.walk.adjoint import Adjoint, Block
 from human_gait.walk.contact_plan import HEEL, LEFT, RIGHT, TOE, ContactPlan
 from human_gait.walk.instant import Instants
 
@@ -52,8 +52,11 @@ def ground_penetration(plan: ContactPlan, times: FloatArray, on: IntArray) -> Co
     def evaluate(now: Instants) -> Residual:
         return points.positions(now, [_UP])
 
-    def to_adjoint(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
-        adjoint.position[k, f, p, _UP] += multipliers
+    def to_adjoint(
+        _: Instants, multipliers: FloatArray, curvature: FloatArray, adjoint: Adjoint
+    ) -> None:
+        adjoint.contact_position[k, f, p, _UP] += multipliers
+        adjoint.contact_position_second[k, f, p, _UP] += curvature
 
     lower = np.zeros(len(k))
     return Constraint(
@@ -83,8 +86,11 @@ def contact_position(
         at = points.positions(now, [0, 1, 2])
         return Residual(at.value - targets, at.dq, at.dv, at.da)
 
-    def to_adjoint(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
-        adjoint.position[k, f, p] += multipliers.reshape(-1, 3)
+    def to_adjoint(
+        _: Instants, multipliers: FloatArray, curvature: FloatArray, adjoint: Adjoint
+    ) -> None:
+        adjoint.contact_position[k, f, p] += multipliers.reshape(-1, 3)
+        adjoint.contact_position_second[k, f, p] += curvature.reshape(-1, 3)
 
     return Constraint(
         demand=CONTACT_POSITION,
@@ -111,8 +117,11 @@ def soft_impact(plan: ContactPlan, times: FloatArray, on: IntArray) -> Constrain
         )
         return Residual(value.ravel(), _rows(dq), _rows(dv), 0.0 * _rows(dv))
 
-    def to_adjoint(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
-        adjoint.velocity[k, f, p] += multipliers.reshape(-1, 3)
+    def to_adjoint(
+        _: Instants, multipliers: FloatArray, curvature: FloatArray, adjoint: Adjoint
+    ) -> None:
+        adjoint.contact_velocity[k, f, p] += multipliers.reshape(-1, 3)
+        adjoint.contact_velocity_second[k, f, p] += curvature.reshape(-1, 3)
 
     return Constraint(
         demand=SOFT_IMPACT,
@@ -138,16 +147,27 @@ def feet_apart(
     k, p = np.repeat(swing, 2), np.tile([HEEL, TOE], len(swing))
     lower, legs = np.full(len(k), scenario.tolerances.feet_apart), np.unique(CHAINS)
 
-    def evaluate(now: Instants) -> Residual:
-        value = now.feet[LEFT].position[k, p, 0] - now.feet[RIGHT].position[k, p, 0]
+    def slopes(now: Instants) -> FloatArray:
         dq = np.zeros((len(k), len(legs)))
         for f, sign in ((LEFT, 1.0), (RIGHT, -1.0)):
             dq[:, np.searchsorted(legs, CHAINS[f])] += sign * now.feet[f].jacobian[k, p, 0]
+        return dq
+
+    def evaluate(now: Instants) -> Residual:
+        value = now.feet[LEFT].position[k, p, 0] - now.feet[RIGHT].position[k, p, 0]
+        dq = slopes(now)
         return Residual(value, dq, 0.0 * dq, 0.0 * dq)
 
-    def to_adjoint(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
-        adjoint.position[k, LEFT, p, 0] += multipliers
-        adjoint.position[k, RIGHT, p, 0] -= multipliers
+    def to_adjoint(
+        now: Instants, multipliers: FloatArray, curvature: FloatArray, adjoint: Adjoint
+    ) -> None:
+        adjoint.contact_position[k, LEFT, p, 0] += multipliers
+        adjoint.contact_position[k, RIGHT, p, 0] -= multipliers
+        J = slopes(now).reshape(len(swing), 2, -1)
+        squares = (J.swapaxes(1, 2) * curvature.reshape(-1, 1, 2)) @ J
+        second = np.zeros((len(now.q), len(legs), len(legs)))
+        second[swing] = squares
+        adjoint.blocks.append(Block(legs, second))
 
     return Constraint(
         demand=FEET_APART,

@@ -21,7 +21,8 @@ from pydrake.solvers import Binding, EvaluatorBase, MathematicalProgram
 from pydrake.trajectories import BsplineTrajectory
 
 from human_gait.arrays import FloatArray, IntArray
-from human_gait.newton.second_order import Alone, SecondOrder
+from human_gait.newton.cyclic_band import CyclicBand
+from human_gait.newton.second_order import Alone, SecondOrder, Weighted
 from human_gait.problem.functions import WalkFunctions
 from human_gait.problem.residual import Constraint, Demand
 from human_gait.problem.term import Term
@@ -100,16 +101,22 @@ class Curvature:
     functions: WalkFunctions
     unit: FloatArray
 
+    def cost(self, x: FloatArray, members: Sequence[TermOfWalk]) -> float:
+        """Return the sum of terms."""
+        return self.functions.value(self.unit * x, [(f.term, f.scale) for f in members])
+
+    def gradient(self, x: FloatArray, members: Sequence[TermOfWalk]) -> FloatArray:
+        """Return the gradient (n,) of the sum of terms."""
+        terms = [(f.term, f.scale) for f in members]
+        return self.unit * self.functions.gradient(self.unit * x, terms)
+
     def hessian(
-        self, x: FloatArray, weighted: Sequence[tuple[TermOfWalk | RowsOfWalk, FloatArray]]
-    ) -> FloatArray:
-        """Return the second derivatives (n, n) of terms and rows times multipliers."""
-        terms = [(f.term, f.scale * y[0]) for f, y in weighted if isinstance(f, TermOfWalk)]
-        rows = [(f.constraint, y) for f, y in weighted if isinstance(f, RowsOfWalk)]
-        second = self.functions.hessian(self.unit * x, terms, rows)
-        second *= self.unit[:, None]
-        second *= self.unit
-        return second
+        self, x: FloatArray, weighted: Sequence[Weighted[TermOfWalk | RowsOfWalk]]
+    ) -> CyclicBand:
+        """Return the second derivatives (n, n) of terms and of functions of rows."""
+        terms = [(f.term, f.scale * y[0]) for f, y, _ in weighted if isinstance(f, TermOfWalk)]
+        rows = [(f.constraint, y, s) for f, y, s in weighted if isinstance(f, RowsOfWalk)]
+        return self.functions.hessian(self.unit * x, terms, rows).scaled(self.unit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,43 +135,44 @@ class TermOfWalk:
 
     def value(self, x: FloatArray) -> FloatArray:
         """Return the scaled term (1,)."""
-        free = self.family.unit * x
-        return np.array([self.scale * self.family.functions.integral(self.term, free)[0]])
+        return np.array([self.family.cost(x, [self])])
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Return its gradient (n,)."""
-        unit = self.family.unit
-        return self.scale * unit * self.family.functions.cost([self.term], unit * x)[1]
+        return self.family.gradient(x, [self])
 
     def dense(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return value (1,) and gradient (1, n)."""
-        value, gradient = self.family.functions.cost([self.term], self.family.unit * x)
-        slope = self.scale * gradient * self.family.unit
-        return np.array([self.scale * value]), slope[None]
+        return self.value(x), self.jacobian(x)[None]
 
 
 @dataclass(frozen=True, eq=False)
 class RowsOfWalk:
-    """The rows of a constraint in parts of the unit."""
+    """The rows of a constraint in parts of the unit, less what they are where all of that is 0."""
 
     family: Curvature
     constraint: Constraint
+    apart: FloatArray | float = 0.0
 
     @cached_property
     def entries(self) -> tuple[IntArray, IntArray]:
         """Rows and columns of the Jacobian that can differ from zero."""
         return self.family.functions.transcription.entries(self.constraint)
 
+    @cached_property
+    def _units(self) -> FloatArray:
+        """The units of the entries' variables."""
+        return self.family.unit[self.entries[1]]
+
     def value(self, x: FloatArray) -> FloatArray:
         """Return the rows (m,)."""
-        return self.family.functions.rows(self.constraint, self.family.unit * x).value
+        return self.family.functions.rows(self.constraint, self.family.unit * x).value - self.apart
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Return the Jacobian's entries."""
         functions, unit = self.family.functions, self.family.unit
         rows = functions.rows(self.constraint, unit * x)
-        values = functions.transcription.values(self.constraint, rows)
-        return values * unit[self.entries[1]]
+        return self._units * functions.transcription.values(self.constraint, rows)
 
     def dense(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return rows (m,) and Jacobian (m, n)."""
@@ -185,15 +193,24 @@ def add_rows(prog: MathematicalProgram, rows: RowsOfWalk, variables: FloatArray)
     constraint = rows.constraint
     lower, upper = constraint.lower, constraint.upper
     binding = prog.AddConstraint(lambda x: _seam(rows.dense, x), lower, upper, variables)
-    pattern = np.zeros((len(lower), len(variables)), dtype=bool)
-    pattern[rows.entries] = True
     evaluator = binding.evaluator()
     evaluator.set_description(constraint.name)
-    evaluator.SetGradientSparsityPattern(
-        list(zip(*(part.tolist() for part in np.nonzero(pattern)), strict=True))
-    )
     offer(prog, binding, rows)
     return evaluator
+
+
+def tell_sparsity(prog: MathematicalProgram) -> None:
+    """Tell Drake's own solvers which partials of the rows of a walk can differ from zero.
+
+    It takes longer than all else that is built, and ``newton`` knows without.
+    """
+    for binding in prog.generic_constraints():
+        evaluator, rows = binding.evaluator(), _OFFERS.get(binding.evaluator())
+        if isinstance(rows, RowsOfWalk) and evaluator.gradient_sparsity_pattern() is None:
+            n = evaluator.num_vars()
+            places = np.unique(np.ravel_multi_index(rows.entries, (evaluator.num_outputs(), n)))
+            pattern = (part.tolist() for part in np.divmod(places, n))
+            evaluator.SetGradientSparsityPattern(list(zip(*pattern, strict=True)))
 
 
 def offer(prog: MathematicalProgram, binding: Binding, function: SecondOrder | Hessian) -> None:

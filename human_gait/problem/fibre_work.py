@@ -19,15 +19,16 @@ import numpy as np
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import ANKLES, N_DOF
+from human_gait.dynamics.inverse_dynamics import ROOT
 from human_gait.problem.term import UNIT, Term
-from human_gait.walk.adjoint import JOINTS, Adjoint, Image, add_at_next, at_next
+from human_gait.walk.adjoint import Adjoint, Image, add_at_next, at_next
 from human_gait.walk.instant import Instants
 
 ROUNDING = 20.0
 """eps, [W]: with 5 W solves with many control points end before they are optimal."""
 
 _OTHER = Image(np.array([1, 0]), np.ones(2))  # at T an ankle is as the other one at 0
-_RIGID = np.setdiff1d(JOINTS, ANKLES)
+_RIGID = np.setdiff1d(np.arange(len(ROOT), N_DOF), ANKLES)
 
 
 class Price(NamedTuple):
@@ -57,25 +58,22 @@ def joint_work(positive: float, negative: float) -> Term:
     """
 
     def paid(now: Instants) -> tuple[FloatArray, FloatArray, Price]:
-        tau, v = now.muscle_torque.value[:, _RIGID], now.v[:, _RIGID]
+        tau, v = now.muscle_torque[:, _RIGID], now.v[:, _RIGID]
         return tau, v, price(tau * v, positive, negative)
 
-    def evaluate(now: Instants, spacing: FloatArray) -> tuple[float, FloatArray]:
-        tau, v, cost = paid(now)
-        slope = spacing[:, None] * cost.slope
-        by = np.einsum("ki,kis->ks", slope * v, now.muscle_torque.partials[:, _RIGID])
-        by[:, N_DOF + _RIGID] += slope * tau
-        return float(spacing @ cost.value.sum(axis=1)), by
+    def value(now: Instants, spacing: FloatArray) -> float:
+        return float(spacing @ paid(now)[2].value.sum(axis=1))
 
     def add_to_adjoint(now: Instants, spacing: FloatArray, factor: float, adjoint: Adjoint) -> None:
         tau, v, cost = paid(now)
         slope, bend = (factor * spacing[:, None] * part for part in (cost.slope, cost.bend))
         adjoint.torque[:, _RIGID] += slope * v
+        adjoint.state[:, 1, _RIGID] += slope * tau
         adjoint.torque_second[:, _RIGID] += bend * v**2
         adjoint.torque_velocity[:, _RIGID] += slope + bend * tau * v
         adjoint.velocity_second[:, _RIGID] += bend * tau**2
 
-    return Term("work of fibres", UNIT, "", evaluate, add_to_adjoint)
+    return Term("work of fibres", UNIT, "", value, add_to_adjoint)
 
 
 def ankle_work(
@@ -101,47 +99,36 @@ def ankle_work(
 
     def paid(now: Instants) -> tuple[FloatArray, FloatArray, Price]:
         """Return P's partials (4, K, 2) by tau, v, tau', v', the second ones (4, 4), the price."""
-        tau, v = (_two(x, mirrored) for x in (now.muscle_torque.value, now.v))
+        tau, v = (_two(x, mirrored) for x in (now.muscle_torque, now.v))
         sum_tau, sum_v = sum(tau) / 4.0, sum(v) / 4.0
         P = 4.0 * sum_tau * sum_v + storing * (tau[1] ** 2 - tau[0] ** 2)
         by = [sum_v - 2.0 * storing * tau[0], sum_tau, sum_v + 2.0 * storing * tau[1], sum_tau]
         return np.stack(by), _SECOND + storing * _STORED, price(P, positive, negative)
 
-    def evaluate(now: Instants, _: FloatArray) -> tuple[float, FloatArray]:
-        by, _, cost = paid(now)
-        by_torque, by_velocity = np.zeros((2, *now.q.shape))
-        parts = interval * cost.slope * by
-        _add(by_torque, parts[0], parts[2], mirrored)
-        _add(by_velocity, parts[1], parts[3], mirrored)
-        J = now.muscle_torque.partials[:, ANKLES]
-        total = (by_torque[:, None, ANKLES] @ J)[:, 0]
-        total[:, N_DOF : 2 * N_DOF] += by_velocity
-        return float(interval * cost.value.sum()), total
+    def value(now: Instants, _: FloatArray) -> float:
+        return float(interval * paid(now)[2].value.sum())
 
     def add_to_adjoint(now: Instants, _: FloatArray, factor: float, adjoint: Adjoint) -> None:
         by, second, cost = paid(now)
         slope, bend = factor * interval * cost.slope, factor * interval * cost.bend
         H = bend * by[:, None] * by[None] + slope * second[..., None, None]  # (4, 4, K, 2)
         _add(adjoint.torque, slope * by[0], slope * by[2], mirrored)
+        _add(adjoint.state[:, 1], slope * by[1], slope * by[3], mirrored)
         _add(adjoint.torque_second, H[0, 0], H[2, 2], mirrored)
         _add(adjoint.torque_velocity, H[0, 1], H[2, 3], mirrored)
         _add(adjoint.velocity_second, H[1, 1], H[3, 3], mirrored)
-        adjoint.torque_next[: by.shape[1], ANKLES] += H[0, 2]
-        # tau with v', v with tau' and v'
-        J, J_next = _two(now.muscle_torque.partials, mirrored)
-        V, V_next = _two(np.broadcast_to(_VELOCITIES, (len(now.t), *_VELOCITIES.shape)), mirrored)
-        by_next = H[1, 2, ..., None] * J_next + H[1, 3, ..., None] * V_next
-        D, E = (H[0, 3, ..., None] * J, V), (V_next, by_next)
-        adjoint.pairs.append((np.concatenate(D, axis=1), np.concatenate(E, axis=1)))
+        onward = slice(by.shape[1]), ANKLES
+        adjoint.torque_next[onward] += H[0, 2]
+        adjoint.torque_velocity_next[onward] += H[0, 3]
+        adjoint.velocity_torque_next[onward] += H[1, 2]
+        adjoint.velocity_next[onward] += H[1, 3]
 
-    return Term("work of fibres behind the tendon", UNIT, "", evaluate, add_to_adjoint)
+    return Term("work of fibres behind the tendon", UNIT, "", value, add_to_adjoint)
 
 
 # Second derivatives of P by tau, v, tau', v': of the product of the sums, and of what is stored.
 _SECOND = np.array([[0, 1, 0, 1], [1, 0, 1, 0], [0, 1, 0, 1], [1, 0, 1, 0]]) / 4.0
 _STORED = np.diag([-2.0, 0.0, 2.0, 0.0])
-
-_VELOCITIES = np.eye(3 * N_DOF)[N_DOF : 2 * N_DOF]  # partials (55, 165) of the velocities
 
 
 def _two(values: FloatArray, mirrored: bool) -> tuple[FloatArray, FloatArray]:

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-import numpy as np
-
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import N_DOF
+from human_gait.newton.cyclic_band import CyclicBand
+from human_gait.problem import chain_rule
 from human_gait.problem.residual import Constraint, Residual
 from human_gait.problem.term import Term
 from human_gait.problem.transcription import Transcription
@@ -41,9 +41,15 @@ class WalkFunctions:
         Is given every point when it is evaluated.
     """
 
-    def __init__(self, scenario: Scenario, basis: Basis, dynamics: str = "pinocchio") -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        basis: Basis,
+        dynamics: str = "pinocchio",
+        like: WalkFunctions | None = None,
+    ) -> None:
         self.basis = basis
-        self.walker = Walker(scenario, dynamics)
+        self.walker: Walker = like.walker.moved_to(scenario) if like else Walker(scenario, dynamics)
         self.times, self.spacing = constrained_grid(scenario)
         self.transcription = Transcription(basis, self.times)
         self.evaluations = 0
@@ -74,16 +80,24 @@ class WalkFunctions:
 
     def cost(self, terms: Iterable[Term], free: FloatArray) -> tuple[float, FloatArray]:
         """Return the sum of terms [N^2 m^2 s] and its gradient in the free control points."""
-        parts = [self.integral(term, free) for term in terms]
-        partials = np.asarray(sum(by_state for _, by_state in parts))
-        return sum(value for value, _ in parts), self.transcription.gradient(partials)
+        once = [(term, 1.0) for term in terms]
+        return self.value(free, once), self.gradient(free, once)
 
-    def integral(self, term: Term, free: FloatArray) -> tuple[float, FloatArray]:
-        """Return a term [N^2 m^2 s] with its partials (K, 165) in q, v, a."""
-        found: tuple[float, FloatArray] = self._once(
-            term, free, lambda now: term.evaluate(now, self.spacing)
-        )
-        return found
+    def value(self, free: FloatArray, terms: Iterable[tuple[Term, float]]) -> float:
+        """Return the sum of terms times factors."""
+        return sum(factor * self.integral(term, free) for term, factor in terms)
+
+    def gradient(self, free: FloatArray, terms: Iterable[tuple[Term, float]]) -> FloatArray:
+        """Return the gradient (m * 55,) of the sum of terms times factors, in one pass."""
+        now = self.instants(free)
+        adjoint = Adjoint.none(*now.ground.variables.value.shape)
+        for term, factor in terms:
+            term.add_to_adjoint(now, self.spacing, factor, adjoint)
+        return self.transcription.gradient(self.walker.gradient(now, adjoint))
+
+    def integral(self, term: Term, free: FloatArray) -> float:
+        """Return a term [N^2 m^2 s]."""
+        return float(self._once(term, free, lambda now: term.value(now, self.spacing)))
 
     def rows(self, constraint: Constraint, free: FloatArray) -> Residual:
         """Return the rows of a constraint with their partials in q, v, a."""
@@ -109,16 +123,18 @@ class WalkFunctions:
         self,
         free: FloatArray,
         terms: Sequence[tuple[Term, float]],
-        constraints: Iterable[tuple[Constraint, FloatArray]],
-    ) -> FloatArray:
+        constraints: Iterable[tuple[Constraint, FloatArray, FloatArray]],
+    ) -> CyclicBand:
         """Return the Hessian of the Lagrangian in the free control points, (m * 55, m * 55).
 
-        Of the sum of terms times factors and of rows of constraints times multipliers.
+        Of the sum of terms times factors and of functions of rows of constraints that have the
+        multipliers (r,) as derivatives and the curvature (r,) as second derivatives by each row.
         """
         now = self.instants(free)
         adjoint = Adjoint.none(*now.ground.variables.value.shape)
         for term, factor in terms:
             term.add_to_adjoint(now, self.spacing, factor, adjoint)
-        for constraint, multipliers in constraints:
-            constraint.add_to_adjoint(now, multipliers, adjoint)
-        return self.transcription.hessian(self.walker.second_derivatives(now, adjoint))
+        for constraint, multipliers, curvature in constraints:
+            constraint.to_adjoint(now, multipliers, curvature, adjoint)
+        second = self.walker.second_derivatives(now, adjoint)
+        return chain_rule.hessian(self.transcription.grid, second)

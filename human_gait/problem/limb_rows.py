@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.person import make_body
+from human_gait.body.person import Body, make_body
 from human_gait.problem.residual import Constraint, Demand, Residual, Tolerance
 from human_gait.scenario import Scenario
-from human_gait.walk.adjoint import Adjoint
+from human_gait.walk.adjoint import Adjoint, Block
 from human_gait.walk.instant import Instants
 from human_gait.walk.limb_shapes import LIMBS
 from human_gait.walk.limbs import Depths, Limbs
@@ -33,8 +35,7 @@ def limbs_apart(scenario: Scenario, times: FloatArray) -> Constraint:
     """
     tolerance = scenario.tolerances.limbs_apart
     between, rounding = (min(part * tolerance, most) for part, most in (_BETWEEN, _ROUNDING))
-    body = make_body(scenario.subject, scenario.load)
-    limbs = Limbs(body, rounding, _SIGHT, _GAP)
+    limbs = _limbs(make_body(scenario.subject, scenario.load), rounding)
     K, R = len(times), len(LIMBS)
     upper = np.full(K * R, tolerance - between)
     each = np.arange(R)[:, None], limbs.columns
@@ -51,9 +52,13 @@ def limbs_apart(scenario: Scenario, times: FloatArray) -> Constraint:
         dq = found.dq[:, *each].reshape(len(upper), -1)
         return Residual(found.value.ravel(), dq, 0.0 * dq, 0.0 * dq)
 
-    def to_adjoint(now: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
+    def to_adjoint(
+        now: Instants, multipliers: FloatArray, curvature: FloatArray, adjoint: Adjoint
+    ) -> None:
         second = limbs.hessian(depths(now), now.dynamics.axes, multipliers.reshape(K, R))
-        adjoint.posture_second[:, limbs.dofs, limbs.dofs] += second
+        dq = depths(now).dq
+        second += (dq.swapaxes(1, 2) * curvature.reshape(K, 1, R)) @ dq
+        adjoint.blocks.append(Block(np.arange(limbs.dofs.start, limbs.dofs.stop), second))
 
     return Constraint(
         demand=LIMBS_APART,
@@ -66,3 +71,9 @@ def limbs_apart(scenario: Scenario, times: FloatArray) -> Constraint:
         evaluate=evaluate,
         to_adjoint=to_adjoint,
     )
+
+
+@lru_cache(maxsize=8)
+def _limbs(body: Body, rounding: float) -> Limbs:
+    """Return the limbs of a body, the same ones for the next walk of the same person."""
+    return Limbs(body, rounding, _SIGHT, _GAP)

@@ -1,8 +1,8 @@
 """The objective: a sum of terms, integrals over the step of what walking costs.
 
 The first is the integral of the squared joint torques, Eq. (18), and in the paper's formulation the
-only one. A term tells its value with first derivatives by the state (q, v, a) of each instant, and
-what it asks of the adjoint, from which exact second derivatives follow (`walk.adjoint`).
+only one. A term tells its value and what it asks of the adjoint, from which exact first and second
+derivatives follow (`walk.adjoint`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import numpy as np
 from human_gait.arrays import FloatArray
 from human_gait.body.limits import torque_weights
 from human_gait.body.skeleton import N_DOF
-from human_gait.dynamics.jet import Linearised
 from human_gait.problem.fibre_work import ankle_work, joint_work
 from human_gait.problem.steadiness import steady_head, steady_trunk
 from human_gait.problem.term import UNIT, Term
@@ -73,19 +72,17 @@ def _squares(
     `slopes` are the derivatives by it, first and second, in the adjoint.
     """
 
-    def evaluate(now: Instants, spacing: FloatArray) -> tuple[float, FloatArray]:
-        tau: Linearised = getattr(now, torque)
-        weight = np.multiply.outer(spacing, weights)
-        value = float(np.sum(weight * tau.value**2))
-        return value, np.einsum("ki,kis->ks", 2.0 * weight * tau.value, tau.partials)
+    def value(now: Instants, spacing: FloatArray) -> float:
+        tau: FloatArray = getattr(now, torque)
+        return float(spacing @ (tau**2 @ weights))
 
     def add_to_adjoint(now: Instants, spacing: FloatArray, factor: float, adjoint: Adjoint) -> None:
         weight = 2.0 * np.multiply.outer(factor * spacing, weights)
         first, second = (getattr(adjoint, slope) for slope in slopes)
-        first += weight * getattr(now, torque).value
+        first += weight * getattr(now, torque)
         second += weight
 
-    return Term(name, UNIT, equation, evaluate, add_to_adjoint)
+    return Term(name, UNIT, equation, value, add_to_adjoint)
 
 
 def squared_torque_rate(weights: FloatArray, interval: float, mirrored: bool = True) -> Term:
@@ -108,7 +105,7 @@ def squared_torque_rate(weights: FloatArray, interval: float, mirrored: bool = T
     """
 
     def differences(now: Instants) -> FloatArray:
-        tau = now.muscle_torque.value
+        tau = now.muscle_torque
         after = at_next(tau, mirrored)
         return after - tau[: len(after)]
 
@@ -120,9 +117,8 @@ def squared_torque_rate(weights: FloatArray, interval: float, mirrored: bool = T
         add_at_next(by, slope, mirrored)
         return by
 
-    def evaluate(now: Instants, _: FloatArray) -> tuple[float, FloatArray]:
-        value = float(np.sum(weights * differences(now) ** 2) / interval)
-        return value, np.einsum("ki,kis->ks", by_torque(now), now.muscle_torque.partials)
+    def value(now: Instants, _: FloatArray) -> float:
+        return float(np.sum(differences(now) ** 2 @ weights) / interval)
 
     def add_to_adjoint(now: Instants, _: FloatArray, factor: float, adjoint: Adjoint) -> None:
         own = 2.0 * factor * weights / interval
@@ -132,4 +128,4 @@ def squared_torque_rate(weights: FloatArray, interval: float, mirrored: bool = T
             adjoint.torque_second[[0, -1]] -= own
         adjoint.torque_next[: len(now.q) if mirrored else -1] -= own
 
-    return Term("squared torque rate", UNIT, "", evaluate, add_to_adjoint)
+    return Term("squared torque rate", UNIT, "", value, add_to_adjoint)

@@ -120,18 +120,17 @@ class RunningCost(Value):
 
     def term(self) -> Term:
         """Return it as a term of the objective."""
-        return Term(self.name, UNIT, "", self._evaluate, self._add_to_adjoint)
+        return Term(self.name, UNIT, "", self._value, self._add_to_adjoint)
 
     def _slopes(self, rows: Rows, spacing: FloatArray) -> FloatArray:
         """Return the derivatives (K, r) of the integral by the rows."""
         weight = self.weight * spacing[:, None]
         return 2.0 * weight * rows.value if self.squared else weight + 0.0 * rows.value
 
-    def _evaluate(self, now: Instants, spacing: FloatArray) -> tuple[float, FloatArray]:
+    def _value(self, now: Instants, spacing: FloatArray) -> float:
         rows = _rows(self, _motion(now))
         density = (rows.value**2 if self.squared else rows.value).sum(axis=1)
-        partials = np.einsum("kr,krs->ks", self._slopes(rows, spacing), _by_state(rows, now))
-        return float(self.weight * spacing @ density), partials
+        return float(self.weight * spacing @ density)
 
     def _add_to_adjoint(
         self, now: Instants, spacing: FloatArray, factor: float, adjoint: Adjoint
@@ -139,8 +138,11 @@ class RunningCost(Value):
         rows, spacing = _rows(self, _motion(now)), factor * spacing
         if self.squared:  # Gauss and Newton: 2 w J^T J
             J = _by_state(rows, now)
-            adjoint.products.append((self.weight * spacing[:, None, None] * J, J))
+            _add_products(self.weight * spacing[:, None, None] * J, J, adjoint)
         slopes = self._slopes(rows, spacing)
+        for order, partial in enumerate(rows[1:4]):
+            if partial is not None:
+                adjoint.state[:, order] += np.einsum("kr,kri->ki", slopes, partial)
         if rows.by_torque is not None:
             adjoint.torque[:] += np.einsum("kr,kri->ki", slopes, rows.by_torque)
         if self.second or not self.squared:
@@ -237,8 +239,13 @@ class PathConstraint(Value):
         by_state = _by_state(rows, now).reshape(-1, 3 * N_DOF)
         return Residual(rows.value.ravel(), *np.split(by_state, 3, axis=1))
 
-    def _add_to_adjoint(self, now: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
+    def _add_to_adjoint(
+        self, now: Instants, multipliers: FloatArray, curvature: FloatArray, adjoint: Adjoint
+    ) -> None:
         rows = _rows(self, _motion(now))
+        if curvature.any():
+            J = _by_state(rows, now)
+            _add_products(curvature.reshape(*J.shape[:2], 1) / 2.0 * J, J, adjoint)
         slopes = multipliers.reshape(rows.value.shape)
         if rows.by_torque is not None:
             adjoint.torque[:] += np.einsum("kr,kri->ki", slopes, rows.by_torque)
@@ -254,7 +261,7 @@ def _check_texts(own: RunningCost | PathConstraint, *fields: str) -> None:
 
 def _motion(now: Instants) -> Motion:
     """Return the motion as views that cannot be written to: the arrays are those of the walk."""
-    views = [given.view() for given in (now.t, now.q, now.v, now.a, now.muscle_torque.value)]
+    views = [given.view() for given in (now.t, now.q, now.v, now.a, now.muscle_torque)]
     for view in views:
         view.flags.writeable = False
     return Motion(*views)
@@ -325,7 +332,7 @@ def _by_state(rows: Rows, now: Instants) -> FloatArray:
             by[:, :, order] = partial
     flat = by.reshape(*rows.value.shape, 3 * N_DOF)
     if rows.by_torque is not None:
-        flat += rows.by_torque @ now.muscle_torque.partials
+        flat += rows.by_torque @ now.muscle_partials
     return flat
 
 
@@ -347,11 +354,17 @@ def _add_second(
         given = _differences(own, motion, slopes)
     S = np.zeros((len(now.t), 4 * N_DOF, 3 * N_DOF))
     S[:, : 3 * N_DOF] = np.eye(3 * N_DOF)
-    S[:, 3 * N_DOF :] = now.muscle_torque.partials
+    S[:, 3 * N_DOF :] = now.muscle_partials
     used = np.flatnonzero(given.any(axis=(0, 1)))
     L = given[:, used[:, None], used]
     S = S[:, used]
-    adjoint.products.append((L @ S / 2.0, S))
+    _add_products(L @ S / 2.0, S, adjoint)
+
+
+def _add_products(B: FloatArray, C: FloatArray, adjoint: Adjoint) -> None:
+    """Add B^T C + C^T B of rows (K, r, 165) in q, v, a."""
+    shape = *C.shape[:2], 3, N_DOF
+    adjoint.products.append((np.arange(N_DOF), B.reshape(shape), C.reshape(shape)))
 
 
 def _differences(

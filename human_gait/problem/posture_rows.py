@@ -9,7 +9,7 @@ from human_gait.body.limits import strength_limits
 from human_gait.body.skeleton import DOF_NAMES, N_DOF, SIDES_IN_WORDS, in_words, index
 from human_gait.problem.residual import Constraint, Demand, Residual, Tolerance, same_words
 from human_gait.scenario import Scenario
-from human_gait.walk.adjoint import Adjoint
+from human_gait.walk.adjoint import Adjoint, Block
 from human_gait.walk.instant import Instants
 
 PELVIC_VELOCITY = Demand(
@@ -48,6 +48,9 @@ def pelvic_velocity(scenario: Scenario, on: IntArray) -> Constraint:
     def evaluate(now: Instants) -> Residual:
         return Residual(now.v[on, _PELVIS] - speed, 0 * one, one, 0 * one)
 
+    def to_adjoint(_: Instants, __: FloatArray, curvature: FloatArray, adjoint: Adjoint) -> None:
+        adjoint.velocity_second[on, _PELVIS] += curvature
+
     return Constraint(
         demand=PELVIC_VELOCITY,
         unit="m/s",
@@ -57,6 +60,8 @@ def pelvic_velocity(scenario: Scenario, on: IntArray) -> Constraint:
         columns=np.full((len(on), 1), _PELVIS),
         what=same_words(on, "pelvis, forward"),
         evaluate=evaluate,
+        to_adjoint=to_adjoint,
+        linear=True,
     )
 
 
@@ -70,6 +75,9 @@ def knee_at_mid_swing(scenario: Scenario, times: FloatArray) -> Constraint:
     def evaluate(now: Instants) -> Residual:
         return Residual(now.q[k, knee] - np.deg2rad(60.0), one, 0 * one, 0 * one)
 
+    def to_adjoint(_: Instants, __: FloatArray, curvature: FloatArray, adjoint: Adjoint) -> None:
+        adjoint.own[k, 0, knee] += curvature
+
     return Constraint(
         demand=KNEE_AT_MID_SWING,
         unit="rad",
@@ -79,6 +87,8 @@ def knee_at_mid_swing(scenario: Scenario, times: FloatArray) -> Constraint:
         columns=np.array([[knee]]),
         what=same_words(k, "right knee, flexion"),
         evaluate=evaluate,
+        to_adjoint=to_adjoint,
+        linear=True,
     )
 
 
@@ -89,11 +99,13 @@ def within_strength(scenario: Scenario, times: FloatArray) -> Constraint:
     k, i = np.repeat(np.arange(len(times)), len(joints)), np.tile(joints, len(times))
 
     def evaluate(now: Instants) -> Residual:
-        tau = now.muscle_torque
-        return Residual(tau.value[k, i], *np.split(tau.partials[k, i], 3, axis=1))
+        return Residual(now.muscle_torque[k, i], *np.split(now.muscle_partials[k, i], 3, axis=1))
 
-    def to_adjoint(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
+    def to_adjoint(
+        _: Instants, multipliers: FloatArray, curvature: FloatArray, adjoint: Adjoint
+    ) -> None:
         adjoint.torque[:, joints] += multipliers.reshape(len(times), -1)
+        adjoint.torque_second[:, joints] += curvature.reshape(len(times), -1)
 
     return Constraint(
         demand=STRENGTH,
@@ -124,10 +136,16 @@ def arm_leg_coupling(scenario: Scenario, on: IntArray) -> Constraint:
         dq = angles[:, ::-1]  # d(x y) = y dx + x dy
         return Residual(angles.prod(axis=1), dq, 0.0 * dq, 0.0 * dq)
 
-    def to_adjoint(_: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
-        arm, leg = columns.T
-        adjoint.posture_second[k, arm, leg] += multipliers
-        adjoint.posture_second[k, leg, arm] += multipliers
+    def to_adjoint(
+        now: Instants, multipliers: FloatArray, curvature: FloatArray, adjoint: Adjoint
+    ) -> None:
+        for side, joints_of in enumerate(pairs):
+            rows = slice(side, None, len(pairs))
+            dq = now.q[on[:, None], joints_of[::-1]]
+            second = np.zeros((len(now.q), 2, 2))
+            second[on] = (curvature[rows, None] * dq)[:, :, None] * dq[:, None]
+            second[on] += multipliers[rows, None, None] * (1.0 - np.eye(2))
+            adjoint.blocks.append(Block(joints_of, second))
 
     return Constraint(
         demand=ARM_LEG_COUPLING,

@@ -20,9 +20,8 @@ import numpy as np
 from pydrake.solvers import MathematicalProgram
 
 from human_gait.arrays import FloatArray
-from human_gait.body.limits import joint_limits, torque_weights
+from human_gait.body.limits import joint_limits
 from human_gait.body.skeleton import DOF_NAMES, DOF_UNITS, N_DOF, in_words
-from human_gait.problem.balance_rows import SLIDING_FRICTION, TURNING_FRICTION
 from human_gait.problem.constraints import (
     LIMITS,
     SYMMETRY,
@@ -38,14 +37,18 @@ from human_gait.problem.drake import (
     TermOfWalk,
     add_rows,
     add_term,
+    offer,
+    tell_sparsity,
 )
 from human_gait.problem.functions import WalkFunctions
+from human_gait.problem.given import as_term, of_kind, without_twins
 from human_gait.problem.impossible import refusals
 from human_gait.problem.objective import objective
 from human_gait.problem.own import PathConstraint, RunningCost
-from human_gait.problem.posture_rows import STRENGTH, within_strength
+from human_gait.problem.posture_rows import within_strength
 from human_gait.problem.residual import Constraint, Residual
 from human_gait.problem.term import Term
+from human_gait.problem.units import COST_SCALE, units
 from human_gait.problem.violation import Violation, worst_row
 from human_gait.scenario import Scenario, load_scenario
 from human_gait.scenario.schema import refuse
@@ -55,11 +58,9 @@ from human_gait.walk.gait import Gait
 from human_gait.walk.initial_guess import initial_guess
 from human_gait.walk.instant import Instants
 
-COST_SCALE = 1e-3
-"""The solvers see the cost in kN^2 m^2 s: of the order of one to ten."""
+_OF_UNITS = "discretisation", "objective"  # sections that units of the variables go by
 
 _AT_LIMIT = 1e-4  # [rad or m]: IPOPT ends so near to a bound that matters
-_LEAST_CURVATURE = 1e-4  # [kN^2 m^2 / rad^2] keeps the units of the lightest joints below 10 rad
 
 
 class GaitProgram:
@@ -84,6 +85,8 @@ class GaitProgram:
         Eq. (19).
     symmetry : (r, m * 55) array, (r,) array
         Eq. (26) as linear rows and their right-hand sides; none for mirrored splines.
+    reference : (m * 55,) array and Instants
+        Free control points, and what is known there, from which units and linear rows come.
     unit : (m * 55,) array, [rad] or [m]
         By how much a control point changes when its decision variable changes by one.
     torques : Stage
@@ -97,9 +100,11 @@ class GaitProgram:
         dynamics: str = "pinocchio",
         costs: Sequence[RunningCost | Term] = (),
         constraints: Sequence[PathConstraint] = (),
+        *,
+        like: GaitProgram | None = None,
     ) -> None:
-        _of_kind("costs", costs, (RunningCost, Term))
-        _of_kind("constraints", constraints, (PathConstraint,))
+        of_kind("costs", costs, (RunningCost, Term))
+        of_kind("constraints", constraints, (PathConstraint,))
         grid = scenario.discretisation
         if basis is None:
             basis = Basis.uniform(step_cycle(scenario.walk), grid.control_points, grid.mirrored)
@@ -107,18 +112,18 @@ class GaitProgram:
         self.scenario, self.dynamics, self.basis = scenario, dynamics, basis
         self.own_costs, self.own_constraints = tuple(costs), tuple(constraints)
         # functions of control points, and their values at the first guess
-        self.functions = WalkFunctions(scenario, basis, dynamics)
+        known: WalkFunctions | None = like.functions if like else None
+        self.functions: WalkFunctions = WalkFunctions(scenario, basis, dynamics, known)
         self.times, plan = self.functions.times, self.functions.walker.plan
         self.limits, self.symmetry = joint_limits(scenario), symmetry_rows(scenario, basis)
-        self._guess = self.guess()
-        self._at_guess = self.functions.evaluated(self._guess)
+        self.reference: tuple[FloatArray, Instants] = self._first(like)
         # the problem: terms, constraints, units of the variables, and Drake's program of them
         self.terms = objective(scenario)
-        self.terms += [_term(own, self._at_guess) for own in costs]
+        self.terms += [as_term(own, self.reference[1]) for own in costs]
         self.constraints = paper_constraints(scenario, plan, self.times)
-        self.constraints += [own.constraint(self._at_guess) for own in constraints]
-        _without_twins(self.constraints)
-        self.unit = np.tile(self._unit(), basis.n_free)
+        self.constraints += [own.constraint(self.reference[1]) for own in constraints]
+        without_twins(self.constraints)
+        self.unit: FloatArray = like.unit if like else self._units()
         self._curvature = Curvature(self.functions, self.unit)
         self.torques = self.stage(self.constraints)
         for term in self.terms:
@@ -148,6 +153,25 @@ class GaitProgram:
         own = self.own_costs, self.own_constraints
         return GaitProgram(scenario, None, self.dynamics, *own)
 
+    def moved_to(self, scenario: Scenario) -> GaitProgram:
+        """Return the problem of a scenario like this one's, from what is known of this one.
+
+        Units of the variables are those of this problem, so that nothing has to be evaluated.
+
+        Raises
+        ------
+        ScenarioError
+            As `build_program`.
+        """
+        alike = all(getattr(scenario, name) == getattr(self.scenario, name) for name in _OF_UNITS)
+        if not alike:
+            program = self.for_scenario(scenario)
+        else:
+            own = self.own_costs, self.own_constraints
+            program = GaitProgram(scenario, None, self.dynamics, *own, like=self)
+        refuse([*refusals(scenario, program.functions.walker, program.basis)])
+        return program
+
     def with_friction(self) -> GaitProgram:
         """Return the same problem on a floor that holds by friction alone.
 
@@ -171,6 +195,18 @@ class GaitProgram:
         for constraint in added:
             self._add(program.torques, constraint)
         return program
+
+    def _first(self, like: GaitProgram | None) -> tuple[FloatArray, Instants]:
+        """Return the guess and its instants; with a program like this one those of its reference.
+
+        At these only the motion is the new one: linear rows, which ask for it, know no more.
+        """
+        if like is None:
+            guess = self.guess()
+            return guess, self.functions.evaluated(guess)
+        free, now = like.reference
+        q, v, a = self.functions.transcription.motion(self.functions.expanded(free))
+        return free, replace(now, t=self.times, q=q, v=v, a=a)
 
     def guess(self) -> FloatArray:
         """Return the free control points of the first guess, flat, within the joint limits."""
@@ -224,7 +260,7 @@ class GaitProgram:
         changed = self.torques.changed_cost(x)
         if changed is not None:
             return changed / COST_SCALE
-        return sum(self.functions.integral(term, free)[0] for term in self.terms)
+        return sum(self.functions.integral(term, free) for term in self.terms)
 
     def violations(self, free: FloatArray, x: FloatArray | None = None) -> list[Violation]:
         """Return the worst row of every constraint, of those added by Drake's calls too.
@@ -302,30 +338,20 @@ class GaitProgram:
             rows_of_walk = RowsOfWalk(self._curvature, constraint)
             stage.own.append(add_rows(stage.prog, rows_of_walk, stage.variables))
             return
-        rows = constraint.evaluate(self._at_guess)
+        free, now = self.reference
+        rows = constraint.evaluate(now)
         jacobian = self.functions.transcription.jacobian(constraint, rows)
-        apart = rows.value - jacobian @ self._guess
+        apart = rows.value - jacobian @ free
         lower, upper = constraint.lower - apart, constraint.upper - apart
         linear = stage.prog.AddLinearConstraint(jacobian * self.unit, lower, upper, stage.variables)
         linear.evaluator().set_description(constraint.name)
+        offer(stage.prog, linear, RowsOfWalk(self._curvature, constraint, apart))
         stage.own.append(linear.evaluator())
 
-    def _unit(self) -> FloatArray:
-        """Return the unit (55,) of each DOF's control points from the slopes of the torques.
-
-        With d = sum_i w_i (dtau_i/dP)^2 at the first guess, the Gauss-Newton diagonal of the
-        objective, units d^(-1/2) would give every variable the same curvature. Constraints, in
-        metres for all, want none of it: d^(-1/4) is between the two. Powers of two: no rounding.
-        """
-        torque = self._at_guess.muscle_torque
-        by_order = torque.partials.reshape(*torque.value.shape, 3, N_DOF)
-        weights = torque_weights(self.scenario)
-        squares = np.einsum("kiod,kipd,i->kopd", by_order, by_order, weights)
-        N = np.stack([self.basis.matrix(self.times, order) for order in range(3)])
-        overlap = np.einsum("okn,pkn->kop", N, N) * COST_SCALE / len(self.times)
-        d = np.einsum("kop,kopd->d", overlap, squares)
-        d = np.maximum((d + d[self.basis.cycle.index]) / 2, _LEAST_CURVATURE)
-        return np.asarray(np.exp2(np.round(-np.log2(d) / 4)))
+    def _units(self) -> FloatArray:
+        """Return the unit (m * 55,) of each control point."""
+        partials = self.reference[1].muscle_partials
+        return np.tile(units(self.scenario, self.basis, self.times, partials), self.basis.n_free)
 
 
 def build_program(
@@ -364,27 +390,5 @@ def build_program(
     task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     program = GaitProgram(task, basis, dynamics, costs, constraints)
     refuse([*refusals(task, program.functions.walker, program.basis)])
+    tell_sparsity(program.torques.prog)
     return program
-
-
-def _term(cost: RunningCost | Term, guess: Instants) -> Term:
-    return cost if isinstance(cost, Term) else cost.checked(guess).term()
-
-
-def _of_kind(what: str, given: object, kinds: tuple[type, ...]) -> None:
-    """Raise TypeError unless own costs or constraints are a sequence of the right kind."""
-    names = " or ".join(kind.__name__ for kind in kinds)
-    if not isinstance(given, Sequence):
-        raise TypeError(f"{what} must be a list of {names}, not a {type(given).__name__}")
-    for one in given:
-        if not isinstance(one, kinds):
-            raise TypeError(f"{what} must be a list of {names}, there is a {type(one).__name__}")
-
-
-def _without_twins(constraints: Sequence[Constraint]) -> None:
-    """Raise ValueError if two constraints have one name: duals go by it."""
-    others = LIMITS, SYMMETRY, SLIDING_FRICTION, TURNING_FRICTION, STRENGTH
-    names = [constraint.name for constraint in constraints] + [demand.name for demand in others]
-    twins = {name for name in names if names.count(name) > 1}
-    if twins:
-        raise ValueError(f"{min(twins)!r} is the name of more than one constraint")

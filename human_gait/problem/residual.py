@@ -75,7 +75,7 @@ class Residual:
     da: FloatArray
 
 
-ToAdjoint = Callable[[Instants, FloatArray, Adjoint], None]
+ToAdjoint = Callable[[Instants, FloatArray, FloatArray, Adjoint], None]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -97,9 +97,11 @@ class Constraint:
         What each row is about, in words; no two rows of one instant say the same.
     evaluate : function
         Instants of the grid -> Residual.
-    to_adjoint : function or None
-        Instants, multipliers (r,), Adjoint: adds what the rows cost to the adjoint. None where the
-        rows are linear in the motion.
+    to_adjoint : function
+        Instants, multipliers (r,), curvature (r,), Adjoint: adds to the adjoint a function of the
+        rows with these for first and second derivatives by each row.
+    linear : bool
+        Whether the rows are linear in the motion.
     """
 
     demand: Demand
@@ -110,7 +112,8 @@ class Constraint:
     columns: IntArray
     what: Words
     evaluate: Callable[[Instants], Residual]
-    to_adjoint: ToAdjoint | None = None
+    to_adjoint: ToAdjoint
+    linear: bool = False
 
     @property
     def name(self) -> str:
@@ -122,16 +125,6 @@ class Constraint:
         """Number of its equation in the paper."""
         return self.demand.equation
 
-    @property
-    def linear(self) -> bool:
-        """Whether the rows are linear in the motion."""
-        return self.to_adjoint is None
-
-    def add_to_adjoint(self, now: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
-        """Add what the rows cost at multipliers (r,) to an adjoint; nothing if they are linear."""
-        if self.to_adjoint:
-            self.to_adjoint(now, multipliers, adjoint)
-
     def rows_at(self, instants: IntArray) -> Constraint:
         """Return the constraint with the rows of some instants only."""
         rows = np.flatnonzero(np.isin(self.instants, instants))
@@ -140,10 +133,12 @@ class Constraint:
             r = self.evaluate(now)
             return Residual(r.value[rows], r.dq[rows], r.dv[rows], r.da[rows])
 
-        def to_adjoint(now: Instants, multipliers: FloatArray, adjoint: Adjoint) -> None:
-            every = np.zeros(len(self.lower))
-            every[rows] = multipliers
-            self.add_to_adjoint(now, every, adjoint)
+        def to_adjoint(
+            now: Instants, multipliers: FloatArray, curvature: FloatArray, adjoint: Adjoint
+        ) -> None:
+            every = np.zeros((2, len(self.lower)))
+            every[:, rows] = multipliers, curvature
+            self.to_adjoint(now, every[0], every[1], adjoint)
 
         return replace(
             self,
@@ -153,7 +148,7 @@ class Constraint:
             columns=self.columns[rows],
             what=self.what[rows],
             evaluate=evaluate,
-            to_adjoint=None if self.linear else to_adjoint,
+            to_adjoint=to_adjoint,
         )
 
 

@@ -11,11 +11,11 @@ from __future__ import annotations
 import numpy as np
 
 from human_gait.arrays import FloatArray, IntArray
-from human_gait.body.skeleton import BRANCHES, N_DOF
+from human_gait.body.skeleton import BRANCHES
 from human_gait.dynamics.inverse_dynamics import symmetric
 from human_gait.dynamics.spatial import cross, sum_below
 from human_gait.problem.term import UNIT, Term
-from human_gait.walk.adjoint import Adjoint
+from human_gait.walk.adjoint import Adjoint, Block
 from human_gait.walk.instant import Instants
 
 TRUNK = np.array([*BRANCHES["virtual"], *BRANCHES["spine"]])
@@ -37,18 +37,18 @@ def steady_trunk(weights: FloatArray) -> Term:
     """
     by_axis = np.asarray(weights)[[0, 2, 1]]  # x: pitch, y: yaw, z: roll
 
-    def evaluate(now: Instants, spacing: FloatArray) -> tuple[float, FloatArray]:
-        omega, rows = _angular_velocity(now)
-        weighted = by_axis * spacing[:, None] * omega
-        return float(np.sum(weighted * omega)), 2.0 * (weighted[:, None] @ rows)[:, 0]
+    def value(now: Instants, spacing: FloatArray) -> float:
+        omega = _angular_velocity(now)[0]
+        return float(spacing @ (omega**2 @ by_axis))
 
     def add_to_adjoint(now: Instants, spacing: FloatArray, factor: float, adjoint: Adjoint) -> None:
         omega, rows = _angular_velocity(now)
         twice = 2.0 * factor * by_axis * spacing[:, None]
-        adjoint.products.append((twice[..., None] / 2.0 * rows, rows))
+        adjoint.products.append((TRUNK, twice[..., None, None] / 2.0 * rows, rows))
+        adjoint.state[..., TRUNK] += np.einsum("kx,kxoc->koc", twice * omega, rows)
         _add_angular_velocity(now, twice * omega, adjoint)
 
-    return Term("unsteady trunk", UNIT, "", evaluate, add_to_adjoint)
+    return Term("unsteady trunk", UNIT, "", value, add_to_adjoint)
 
 
 def steady_head(weight: float) -> Term:
@@ -61,21 +61,20 @@ def steady_head(weight: float) -> Term:
     weight : float, [N^2 m^2/rad^2]
     """
 
-    def evaluate(now: Instants, spacing: FloatArray) -> tuple[float, FloatArray]:
-        R, w = now.head, _axes(now, HEAD)
-        by = np.zeros((len(spacing), 3 * N_DOF))
-        by[:, HEAD] = 2.0 * weight * spacing[:, None] * (w @ _axial(R)[..., None])[..., 0]
-        return float(weight * spacing @ (3.0 - np.trace(R, axis1=1, axis2=2))), by
+    def value(now: Instants, spacing: FloatArray) -> float:
+        return float(weight * spacing @ (3.0 - np.trace(now.head, axis1=1, axis2=2)))
 
     def add_to_adjoint(now: Instants, spacing: FloatArray, factor: float, adjoint: Adjoint) -> None:
+        slope = 2.0 * factor * weight * spacing
         # d2 tr R / dq_i dq_j = tr([w_i][w_j] R) = w_i R w_j - (w_i w_j) tr R, i above or at j
         R, w = now.head, _axes(now, HEAD)
+        adjoint.state[:, 0, HEAD] += slope[:, None] * (w @ _axial(R)[..., None])[..., 0]
         trace = np.trace(R, axis1=1, axis2=2)[:, None, None]
         second = trace * (w @ w.swapaxes(1, 2)) - w @ R @ w.swapaxes(1, 2)
-        second = symmetric(second * (factor * weight * spacing)[:, None, None])
-        adjoint.posture_second[:, HEAD[:, None], HEAD] += second
+        second = symmetric(second * slope[:, None, None] / 2.0)
+        adjoint.blocks.append(Block(HEAD, second))
 
-    return Term("unsteady head", UNIT, "", evaluate, add_to_adjoint)
+    return Term("unsteady head", UNIT, "", value, add_to_adjoint)
 
 
 def _axes(now: Instants, chain: IntArray) -> FloatArray:
@@ -90,12 +89,15 @@ def _axial(R: FloatArray) -> FloatArray:
 
 
 def _angular_velocity(now: Instants) -> tuple[FloatArray, FloatArray]:
-    """Return the angular velocity (K, 3) of the thorax and its partials (K, 3, 165)."""
+    """Return the angular velocity (K, 3) of the thorax and its partials (K, 3, 3, 18).
+
+    By q, v, a of `TRUNK`.
+    """
     w, v = _axes(now, TRUNK), now.v[:, TRUNK]
     moved = w * v[..., None]
-    partials = np.zeros((len(v), 3, 3 * N_DOF))
-    partials[:, :, TRUNK] = cross(w, sum_below(moved)).swapaxes(1, 2)
-    partials[:, :, N_DOF + TRUNK] = w.swapaxes(1, 2)
+    partials = np.zeros((len(v), 3, 3, len(TRUNK)))
+    partials[:, :, 0] = cross(w, sum_below(moved)).swapaxes(1, 2)
+    partials[:, :, 1] = w.swapaxes(1, 2)
     return moved.sum(axis=1), partials
 
 
@@ -108,6 +110,5 @@ def _add_angular_velocity(now: Instants, weights: FloatArray, adjoint: Adjoint) 
     w, v = _axes(now, TRUNK), now.v[:, TRUNK]
     turned = cross(w, sum_below(w * v[..., None]))
     sides = cross(weights[:, None], w)  # a (w_i x b) = (a x w_i) b
-    chain = TRUNK[:, None], TRUNK
-    adjoint.posture_second[:, *chain] += symmetric(sides @ turned.swapaxes(1, 2))
-    adjoint.posture_velocity[:, *chain] += np.triu(sides @ w.swapaxes(1, 2), 1)
+    second = symmetric(sides @ turned.swapaxes(1, 2))
+    adjoint.blocks.append(Block(TRUNK, second, np.triu(sides @ w.swapaxes(1, 2), 1)))

@@ -20,16 +20,15 @@ class Term:
     ----------
     name, unit, equation : str
         All terms of an objective have its unit, N^2 m^2 s.
-    evaluate : function
-        Instants (K), the time (K,) [s] that each stands for -> value of the integral, and its
-        partials (K, 165) in q, v, a of each instant.
+    value : function
+        Instants (K), the time (K,) [s] that each stands for -> value of the integral.
     add_to_adjoint : function
-        Instants, times (K,), factor, Adjoint: adds the derivatives of factor * integral to the
-        adjoint. It may couple neighbouring instants (`Adjoint.torque_next`).
+        Instants, times (K,), factor, Adjoint: adds the first and second derivatives of factor *
+        integral to the adjoint. It may couple neighbouring instants (`Adjoint.torque_next`).
     """
 
     name: str
     unit: str
     equation: str
-    evaluate: Callable[[Instants, FloatArray], tuple[float, FloatArray]]
+    value: Callable[[Instants, FloatArray], float]
     add_to_adjoint: Callable[[Instants, FloatArray, float, Adjoint], None]

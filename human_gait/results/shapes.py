@@ -135,11 +135,16 @@ RESULT_SHAPE: Mapping[str, Shape] = {
 }
 """What ``agreement.json`` takes of each ``summary.json``."""
 
+_ESTIMATE: Mapping[str, Shape] = {
+    **dict.fromkeys(("from", "unit", "constraint"), str),
+    **dict.fromkeys(("cost_error", "largest_violation", "time_s"), float),
+}
 SOLUTION_SHAPE: Mapping[str, Shape] = {
     **{key: Maybe(shape) for key, shape in FOUND.items()},
     **dict.fromkeys(("solver", "status", "digest"), Maybe(str)),
     **dict.fromkeys(("cost", "wall_time_s"), Maybe(float)),
     "own_bounds": Maybe(Many(_BOUND)),
+    "estimate": Maybe(_ESTIMATE),
 }
 """How a gait was found, in its own file; a gait that was made by hand knows less."""
 

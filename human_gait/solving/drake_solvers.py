@@ -18,6 +18,7 @@ from pydrake.solvers import (
 
 from human_gait.arrays import FloatArray
 from human_gait.exceptions import UnsupportedProgram
+from human_gait.problem.drake import tell_sparsity
 from human_gait.solving.newton_solver import NewtonDetails, NewtonSolver
 
 SOLVERS = ("newton", "snopt", "ipopt")
@@ -107,6 +108,8 @@ def solve_program(
         If something in the program cannot be honoured by the solver: what, and who can.
     """
     refuse(prog, solver)
+    if solver != "newton":
+        tell_sparsity(prog)
     chosen, wanted = engine(solver, duals), SolverOptions()
     own = prog.solver_options().options.get(chosen.solver_id().name(), {})
     for name, value in {**OPTIONS[solver], **own, **(options or {})}.items():

@@ -8,8 +8,9 @@ gradients. What Newton steps cannot honour is refused by name.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.solvers import (
@@ -23,15 +24,19 @@ from pydrake.solvers import (
     QuadraticConstraint,
     QuadraticCost,
 )
+from scipy.sparse import coo_array
 
 from human_gait.arrays import FloatArray, IntArray
 from human_gait.exceptions import UnsupportedProgram
+from human_gait.newton.cyclic_band import CyclicBand
+from human_gait.newton.matrix import Matrix, Sparse, matrix_of
 from human_gait.newton.nonlinear_program import Duals, NonlinearProgram
 from human_gait.newton.second_order import (
     Family,
     Linear,
     QuadraticForm,
     SecondOrder,
+    Weighted,
     by_differences,
 )
 from human_gait.problem.drake import jacobian_of, offered, plain
@@ -59,10 +64,23 @@ class _Part:
     binding: Binding
     function: SecondOrder
     columns: IntArray
+    on: slice | IntArray
 
     @property
     def evaluator(self) -> EvaluatorBase:
         return self.binding.evaluator()
+
+
+class _Members(NamedTuple):
+    """Members of a family that are on the same variables, and which rows of the program are theirs.
+
+    On all variables in their order they are given as a slice, so that nothing is copied.
+    """
+
+    family: Family
+    on: slice | IntArray
+    members: list[SecondOrder]
+    rows: list[slice]
 
 
 class ProgramFunctions:
@@ -91,8 +109,15 @@ class ProgramFunctions:
         linear = [*prog.linear_constraints(), *prog.linear_equality_constraints()]
         self.costs = [self._part(b) for b in [*costs, *prog.l2norm_costs()]]
         self.constraints = [self._part(b) for b in [*curved, *linear]]
-        self._n_curved = len(curved)
         self._ends = np.cumsum([p.evaluator.num_constraints() for p in self.constraints])
+        rows = [
+            slice(end - p.evaluator.num_constraints(), end)
+            for p, end in zip(self.constraints, self._ends.tolist(), strict=True)
+        ]
+        m = rows[-1].stop if rows else 0
+        of_costs = [(p, slice(m, m + 1)) for p in self.costs]
+        self._costs = _families(of_costs)
+        self._all = _families([*of_costs, *zip(self.constraints, rows, strict=True)])
 
     def problem(self) -> NonlinearProgram:
         """Return the program as plain functions of its variables."""
@@ -124,47 +149,46 @@ class ProgramFunctions:
 
     def cost(self, x: FloatArray) -> float:
         """Return the sum of all costs."""
-        return float(sum(p.function.value(x[p.columns])[0] for p in self.costs))
+        return float(sum(c.family.cost(x[c.on], c.members) for c in self._costs))
 
     def gradient(self, x: FloatArray) -> FloatArray:
         """Return the gradient (n,) of the sum of all costs; callbacks are called at its points."""
         for callback in self._prog.visualization_callbacks():
             callback.evaluator().Eval(x[self._columns(callback)])
         slope = np.zeros(self.n)
-        for p in self.costs:
-            columns = p.columns[p.function.entries[1]]
-            np.add.at(slope, columns, p.function.jacobian(x[p.columns]))
+        for c in self._costs:
+            _add(slope, c.on, c.family.gradient(x[c.on], c.members))
         return slope
 
     def rows(self, x: FloatArray) -> FloatArray:
         """Return all rows (m,)."""
-        return np.concatenate(
-            [np.zeros(0), *(p.function.value(x[p.columns]) for p in self.constraints)]
-        )
+        rows = [p.function.value(x[p.on]) for p in self.constraints]
+        return np.concatenate([np.zeros(0), *rows])
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Return the entries of the rows' Jacobian."""
-        return np.concatenate(
-            [np.zeros(0), *(p.function.jacobian(x[p.columns]) for p in self.constraints)]
-        )
+        entries = [p.function.jacobian(x[p.on]) for p in self.constraints]
+        return np.concatenate([np.zeros(0), *entries])
 
-    def hessian(self, x: FloatArray, factor: float, multipliers: FloatArray) -> FloatArray:
-        """Return the second derivatives (n, n) of factor * cost + multipliers * rows."""
-        by_constraint = np.split(multipliers, self._ends[:-1]) if self.constraints else []
-        weighted = [(p, np.array([factor])) for p in self.costs]
-        weighted += list(zip(self.constraints, by_constraint, strict=True))[: self._n_curved]
-        families: dict[tuple[Family, bytes], list[tuple[_Part, FloatArray]]] = {}
-        for part, y in weighted:
-            key = part.function.family, part.columns.tobytes()
-            families.setdefault(key, []).append((part, y))
+    def hessian(
+        self, x: FloatArray, factor: float, multipliers: FloatArray, curvature: FloatArray
+    ) -> FloatArray | Matrix:
+        """Return the second derivatives (n, n) of factor * cost + multipliers * rows.
+
+        J' diag(curvature) J of the rows is added.
+        """
+        y = np.append(multipliers, factor)  # costs are one more row, without curvature
+        s = np.append(curvature, 0.0)
+        found = []
+        for of in self._all:
+            members = zip(of.members, of.rows, strict=True)
+            weighted = [Weighted(member, y[rows], s[rows]) for member, rows in members]
+            found.append((of.on, matrix_of(of.family.hessian(x[of.on], weighted))))
+        if band := _banded(found, self.n):
+            return band
         second = np.zeros((self.n, self.n))
-        for (family, _), members in families.items():
-            columns = members[0][0].columns
-            found = family.hessian(x[columns], [(p.function, y) for p, y in members])
-            if len(columns) == self.n and np.array_equal(columns, np.arange(self.n)):
-                second += found
-            else:
-                np.add.at(second, np.ix_(columns, columns), found)
+        for on, part in found:
+            _add(second, on, part.dense())
         return second
 
     def duals_by_binding(self, duals: Duals) -> dict[tuple[EvaluatorBase, bytes], FloatArray]:
@@ -199,9 +223,10 @@ class ProgramFunctions:
         return Duals(np.concatenate([np.zeros(0), *rows]), variables)
 
     def _part(self, binding: Binding) -> _Part:
-        evaluator = binding.evaluator()
+        evaluator, columns = binding.evaluator(), self._columns(binding)
         function = offered(evaluator) or _function(evaluator)
-        return _Part(binding, function, self._columns(binding))
+        every = np.array_equal(columns, np.arange(self.n))
+        return _Part(binding, function, columns, slice(None) if every else columns)
 
     def _columns(self, binding: Binding) -> IntArray:
         indices = self._prog.FindDecisionVariableIndices(binding.variables())
@@ -216,6 +241,38 @@ class ProgramFunctions:
             rows.append(start + own[0])
             columns.append(part.columns[own[1]])
         return np.concatenate(rows), np.concatenate(columns)
+
+
+def _families(parts: Iterable[tuple[_Part, slice]]) -> list[_Members]:
+    """Return parts by family and variables, with their rows."""
+    found: dict[tuple[Family, bytes], _Members] = {}
+    for part, rows in parts:
+        key = part.function.family, part.columns.tobytes()
+        home = found.setdefault(key, _Members(part.function.family, part.on, [], []))
+        home.members.append(part.function)
+        home.rows.append(rows)
+    return list(found.values())
+
+
+def _add(total: FloatArray, on: slice | IntArray, part: FloatArray) -> None:
+    """Add derivatives by some variables, any of which may occur twice, to those by all."""
+    if isinstance(on, slice):
+        total += part
+    else:
+        np.add.at(total, np.ix_(*[on] * part.ndim), part)
+
+
+def _banded(parts: list[tuple[slice | IntArray, Matrix]], n: int) -> CyclicBand | None:
+    """Return the sum of a band and of matrices with few entries; None if it is not one."""
+    bands = [part for on, part in parts if isinstance(part, CyclicBand) and isinstance(on, slice)]
+    others = [(np.arange(n)[on], part) for on, part in parts if isinstance(part, Sparse)]
+    if len(bands) != 1 or len(others) != len(parts) - 1:
+        return None
+    if not others:
+        return bands[0]
+    places = [on[np.stack(part.entries.coords)] for on, part in others]
+    values = np.concatenate([part.entries.data for _, part in others])
+    return bands[0].plus(coo_array((values, tuple(np.concatenate(places, axis=1))), shape=(n, n)))
 
 
 def unsupported(prog: MathematicalProgram) -> str | None:

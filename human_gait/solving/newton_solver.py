@@ -8,7 +8,7 @@ steps of sequential quadratic programming (`newton.active_set`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -28,10 +28,17 @@ from human_gait.newton.barrier import COLD, Schedule
 from human_gait.newton.interior_point import LIMIT_REACHED, NO_ROOM, OPTIMAL, minimise
 from human_gait.newton.nonlinear_program import Duals, End, NonlinearProgram
 from human_gait.newton.optimality import Goal
+from human_gait.newton.sensitivity import Moved, by_active_set, by_barrier
 from human_gait.solving.mathematical_program import ProgramFunctions, binding_key, unsupported
 
 NAME = "newton"
-_FIRST = "first_barrier"
+_STAGES = {
+    "first_barrier": "first",
+    "patience": "patience",
+    "start_push": "push",
+    "start_share": "share",
+}
+"""Options of a cold start, and what of its `Schedule` they are."""
 _FEW_VARIABLES = 400
 """Up to 9 control points `active_set` is quick: its quadratic programs are dense."""
 
@@ -133,9 +140,10 @@ class NewtonSolver(SolverInterface):  # type: ignore[misc]  # Drake's classes ha
 
     ``Solve(prog, initial_guess, solver_options)`` takes linear, quadratic and generic costs and
     constraints, bounding boxes and second-order cones. Options, set for ``NewtonSolver.id()``, are
-    those of `newton.optimality.Goal` and ``first_barrier``, with which a cold start begins. Drake
-    lets Python fill no MathematicalProgramResult with duals; therefore the result is of a class of
-    its own with the same methods.
+    those of `newton.optimality.Goal`, and of a cold start those of `newton.barrier.Schedule`:
+    ``first_barrier``, ``patience``, ``start_push``, ``start_share``. Drake lets Python fill no
+    MathematicalProgramResult with duals; therefore the result is of a class of its own with the
+    same methods.
 
     Parameters
     ----------
@@ -218,6 +226,24 @@ class NewtonSolver(SolverInterface):  # type: ignore[misc]  # Drake's classes ha
         return NewtonResult(prog, functions, end)
 
 
+def one_step(
+    prog: MathematicalProgram, start: FloatArray, duals: Mapping[str, FloatArray]
+) -> Moved | None:
+    """Return where one step leads from the solution of a program like this one.
+
+    Parameters
+    ----------
+    prog : MathematicalProgram
+    start : (n,) array
+    duals : mapping of str to array
+        As `NewtonSolver`.
+    """
+    functions = ProgramFunctions(prog)
+    problem, given = functions.problem(), functions.duals_from_names(duals)
+    found = by_active_set(problem, start, given) if len(start) <= _FEW_VARIABLES else None
+    return found or by_barrier(problem, start, given)
+
+
 def _cost(functions: ProgramFunctions, x: FloatArray) -> float:
     """Return the cost at a point, infinite where it cannot be computed."""
     try:
@@ -231,12 +257,12 @@ def _wanted(prog: MathematicalProgram, options: SolverOptions | None) -> tuple[G
     given: dict[str, Any] = {}
     for source in (prog.solver_options(), options):
         given |= source.options.get(NAME, {}) if source else {}
-    known = [*(item.name for item in fields(Goal)), _FIRST]
+    known = [*(item.name for item in fields(Goal)), *_STAGES]
     for name in given:
         if name not in known:
             raise ValueError(f"newton has no option {name!r}: it has {', '.join(known)}")
-    cold = COLD._replace(first=given.pop(_FIRST, COLD.first))
-    return Goal(**given), cold
+    own = {_STAGES[name]: given.pop(name) for name in _STAGES if name in given}
+    return Goal(**given), COLD._replace(**own)
 
 
 def _warm(
@@ -244,7 +270,8 @@ def _warm(
 ) -> End:
     """Return where the active set leads, else where a low barrier does; all steps counted."""
     spent = 0
-    if len(start) <= _FEW_VARIABLES and goal == Goal():  # it has a goal of its own
+    usual = replace(Goal(), most_iterations=goal.most_iterations)
+    if len(start) <= _FEW_VARIABLES and goal == usual:  # it has a goal of its own
         end = follow(problem, start, duals)
         if end.solved:
             return end

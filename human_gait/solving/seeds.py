@@ -1,10 +1,11 @@
-"""The seed of the random starts: a number that is looked at before minutes of solving."""
+"""The seed of the random starts, and how many starts: looked at before minutes of solving."""
 
 from __future__ import annotations
 
 from numbers import Integral
 
 LARGEST_SEED = 2**32 - 1
+MOST_STARTS = 100
 _SHOWN = 10**20
 
 
@@ -18,10 +19,27 @@ def checked_seed(seed: int) -> int:
     TypeError
         If it is no whole number.
     """
-    given: object = seed
+    return _within(seed, "a seed", 0, LARGEST_SEED)
+
+
+def checked_starts(starts: int) -> int:
+    """Return a number of starts.
+
+    Raises
+    ------
+    ValueError
+        If it is not from 1 to `MOST_STARTS`.
+    TypeError
+        If it is no whole number.
+    """
+    return _within(starts, "a number of starts", 1, MOST_STARTS)
+
+
+def _within(number: int, what: str, least: int, most: int) -> int:
+    given: object = number
     if isinstance(given, bool) or not isinstance(given, Integral):
-        raise TypeError(f"a seed is a whole number, not a {type(seed).__name__}")
-    if not 0 <= seed <= LARGEST_SEED:
-        shown = str(seed) if abs(seed) < _SHOWN else "a seed"
-        raise ValueError(f"{shown} must be from 0 to {LARGEST_SEED}")
-    return int(seed)
+        raise TypeError(f"{what} is a whole number, not a {type(given).__name__}")
+    if not least <= number <= most:
+        shown = str(number) if abs(number) < _SHOWN else what
+        raise ValueError(f"{shown} must be from {least} to {most}")
+    return int(number)

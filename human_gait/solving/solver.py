@@ -32,7 +32,14 @@ POSTURE_OPTIONS: dict[str, dict[str, Any]] = {
     "snopt": {"Major optimality tolerance": 1e-1, "Major iterations limit": 25},
     "ipopt": {"tol": 1e-2, "max_iter": 50},
 }
-OWN_OPTIONS = {("human", "newton"): {"first_barrier": 3e-3}}
+OWN_OPTIONS = {
+    ("human", "newton"): {
+        "first_barrier": 3e-3,
+        "patience": 1e3,
+        "start_push": 0.05,
+        "start_share": 0.5,
+    }
+}
 """Of a formulation and a solver: its bounds are narrow, and their middle is far from its walks."""
 
 POSTURE = (1.0, 1e-1)
@@ -121,6 +128,7 @@ class _Start:
     guess: FloatArray | None
     weights: tuple[float, float] | None
     multipliers: Mapping[str, FloatArray] | None
+    most_iterations: int | None
 
     def of(self, program: GaitProgram, solver: str) -> End:
         """Return what the torques start from: the point, the guess, or a posture path near it.
@@ -154,6 +162,7 @@ def solve(  # noqa: PLR0913, options that are given by name
     weights: tuple[float, float] | None = None,
     multipliers: Mapping[str, FloatArray] | None = None,
     *,
+    most_iterations: int | None = None,
     time_limit: float | None = TIME_LIMIT,
 ) -> Solution:
     """Solve a program.
@@ -175,6 +184,8 @@ def solve(  # noqa: PLR0913, options that are given by name
     multipliers : mapping of str to array, optional
         Of a walk like this one (`Solution.multipliers`), whose control points are the start: for
         ``newton``, which then starts warm. BLAS uses one thread while a program is solved.
+    most_iterations : int, optional
+        After which ``newton`` gives up.
     time_limit : float or None, [s]
         When it ends at the latest; None for never. As a part of a prediction it has the limit of
         that.
@@ -207,7 +218,8 @@ def solve(  # noqa: PLR0913, options that are given by name
     # matrices of some hundred rows are done before more threads have started
     limit = checked_limit(time_limit) if outermost() else None
     with watched(program, tell, limit) as watch, threadpool_limits(1, "blas"):
-        return _stages(program, solver, watch, _Start(start, guess, weights, multipliers))
+        given = _Start(start, guess, weights, multipliers, most_iterations)
+        return _stages(program, solver, watch, given)
 
 
 def posture(program: GaitProgram, tell: Callable[[Iterate], None] | None = None) -> FloatArray:
@@ -264,6 +276,8 @@ def _stages(program: GaitProgram, solver: str, watch: Watch, given: _Start) -> S
         before = given.of(program, solver)
         watch.stage = "torque"
         options = _options(program, solver)
+        if solver == "newton" and given.most_iterations is not None:
+            options["most_iterations"] = given.most_iterations
         end = run_stage(program, program.torques, solver, before.free, options, given.multipliers)
         if end.iterations is not None and before.iterations is not None:
             end = replace(end, iterations=before.iterations + end.iterations)

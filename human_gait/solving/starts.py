@@ -18,10 +18,10 @@ that as a constraint: hardly any walk needs it, and the solvers are quicker with
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import chain
+from itertools import chain, count, islice
 
 import numpy as np
 
@@ -33,15 +33,15 @@ from human_gait.problem.program import GaitProgram
 from human_gait.scenario import Scenario
 from human_gait.scenario.problem import MANY_CONTROL_POINTS
 from human_gait.solving.drake_solvers import SOLVERS
+from human_gait.solving.neighbours import NEIGHBOURS, SPENT, WARM_ITERATIONS, there_and_back
 from human_gait.solving.solver import POSTURE, Solution, solve
 from human_gait.solving.warm_start import adapted, fitting, stretched
-from human_gait.solving.watch import FEASIBLE, Iterate
+from human_gait.solving.watch import FEASIBLE, Tell
 from human_gait.stopping import running, under_way
 from human_gait.walk.bspline import Basis
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import make_record
 
-Tell = Callable[[Iterate], None]
 Run = Callable[..., Solution]
 
 OWN_GUESS, GIVEN, WARM = "own guess", "given start", "warm start"
@@ -53,7 +53,6 @@ _PATHS: dict[str, tuple[float, float] | None] = {
 }
 _STRIDES = (0.0, 0.5, 1.0)  # of the way from comfortable walking to the walk that is asked for
 _COMFORTABLE_SPEED, _COMFORTABLE_STEP = 0.4, 0.71  # of sqrt(g l) and of l, the length of the leg
-_SPENT = ("iterations", "evaluations", "wall_time")
 _RANDOM_STARTS = 2
 _HELD: Mapping[Kind, Callable[[GaitProgram], GaitProgram]] = {
     Kind.FRICTION: GaitProgram.with_friction,
@@ -77,18 +76,22 @@ class Start:
         That belong to the point, for a warm start (`solver.solve`).
     alone : bool
         Whether it is the only one; else the ladder's own follow.
+    most_iterations : int or None
+        After which ``newton`` gives it up.
     """
 
     name: str
     point: FloatArray
     multipliers: Mapping[str, FloatArray] = field(default_factory=dict)
     alone: bool = True
+    most_iterations: int | None = None
 
 
 def from_walk(gait: Gait, program: GaitProgram) -> Start:
     """Return a walk with its multipliers as the first start of a program; its own ones follow."""
-    multipliers = fitting(gait.multipliers, program)
-    return Start(WARM, adapted(gait, program), multipliers, alone=False)
+    multipliers = fitting(gait.multipliers, program) if gait.multipliers else {}
+    most = WARM_ITERATIONS if multipliers else None
+    return Start(WARM, adapted(gait, program), multipliers, alone=False, most_iterations=most)
 
 
 @dataclass(frozen=True)
@@ -135,8 +138,9 @@ def climb(
     seed: int = 0,
     tell: Callable[[str], Tell | None] = lambda _: None,
     guess: FloatArray | None = None,
+    starts: int = 1,
 ) -> list[Attempt]:
-    """Solve a program from one start after another until there is a walk.
+    """Solve a program from one start after another until there is a walk, or several.
 
     Parameters
     ----------
@@ -151,12 +155,14 @@ def climb(
         Is given the name of a start and returns what is given every evaluated point.
     guess : (m * 55,) array, optional
         Free control points instead of the program's own guess on the first rungs.
+    starts : int
+        How many starts that end in a walk, or follow the first that does.
 
     Returns
     -------
     list of Attempt
-        In the order they were made; the last one is a walk, or all have failed. A run that is over
-        (`stopping`) ends it with what there is.
+        In the order they were made: until the first walk, then from further starts; or all have
+        failed. A run that is over (`stopping`) ends it with what there is.
 
     Raises
     ------
@@ -167,14 +173,21 @@ def climb(
     """
     rungs = own_starts(program, solver, seed, guess)
     if start is not None:
-        given = partial(solve, program, solver, start.point, multipliers=start.multipliers)
+        given = partial(
+            solve,
+            program,
+            solver,
+            start.point,
+            multipliers=start.multipliers,
+            most_iterations=start.most_iterations,
+        )
         rungs = chain([(start.name, given)], () if start.alone else rungs)
     attempts: list[Attempt] = []
     with running() as run, run.asked.held():  # nothing is lost between a solve and its being noted
         try:
-            for attempt in chain.from_iterable(_taken(program, *rung, tell) for rung in rungs):
+            for attempt in _attempts(program, rungs, solver, seed, tell, starts - 1):
                 attempts.append(attempt)
-                if attempt.success or attempt.solution.interrupted or run.over:
+                if attempt.solution.interrupted or run.over:
                     break
         except KeyboardInterrupt:  # of a solve that had nothing to keep
             if not attempts:
@@ -239,6 +252,44 @@ def own_starts(
             yield f"{other} instead", partial(solve, program, other)
 
 
+def further_starts(found: Attempt, solver: str, seed: int) -> Iterator[tuple[str, Run]]:
+    """Yield ways to other local optima than the walk that was found, without end.
+
+    Parameters
+    ----------
+    found : Attempt
+    solver : str
+    seed : int
+        Of the random starts.
+    """
+    program = found.program
+    for neighbour in NEIGHBOURS:
+        if (beside := neighbour.beside(program)) is not None:
+            yield neighbour.name, partial(there_and_back, program, beside, solver, found.solution)
+    rng = np.random.default_rng(seed)
+    for n in count(1):
+        guess = disturbed(program, rng)
+        yield f"random start {n} of seed {seed}", partial(solve, program, solver, guess=guess)
+
+
+def _attempts(
+    program: GaitProgram,
+    rungs: Iterable[tuple[str, Run]],
+    solver: str,
+    seed: int,
+    tell: Callable[[str], Tell | None],
+    more: int,
+) -> Iterator[Attempt]:
+    """Yield attempts until the first walk, then those of some more starts."""
+    for name, run in rungs:
+        for attempt in _taken(program, name, run, tell):
+            yield attempt
+            if attempt.success:
+                for further, way in islice(further_starts(attempt, solver, seed), more):
+                    yield from _taken(attempt.program, further, way, tell)
+                return
+
+
 def _taken(
     program: GaitProgram, name: str, run: Run, tell: Callable[[str], Tell | None]
 ) -> Iterator[Attempt]:
@@ -288,7 +339,7 @@ def continued(program: GaitProgram, solver: str, tell: Tell | None = None) -> So
             raise KeyboardInterrupt  # another walk is nothing to keep
         spent.append(solution)
         guess, step_length = solution.gait.free, task.walk.step_length
-    total = {name: sum(getattr(one, name) for one in spent) for name in _SPENT}
+    total = {name: sum(getattr(one, name) for one in spent) for name in SPENT}
     return replace(solution, **total)
 
 
@@ -300,7 +351,7 @@ def refined(program: GaitProgram, solver: str, tell: Tell | None = None) -> Solu
     coarse = program.for_scenario(replace(program.scenario, discretisation=usual))
     before = solve(coarse, solver, tell=tell)
     solution = solve(program, solver, adapted(before.gait, program), tell=tell)
-    total = {name: getattr(before, name) + getattr(solution, name) for name in _SPENT}
+    total = {name: getattr(before, name) + getattr(solution, name) for name in SPENT}
     return replace(solution, **total)
 
 

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import platform
-from dataclasses import asdict, replace
+from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from human_gait.body.limits import mirrored_limits
 from human_gait.checks.check import NO_LIMIT, Check
-from human_gait.checks.verification import verify
+from human_gait.exceptions import ResultError
 from human_gait.problem.program import GaitProgram
+from human_gait.results.names import GAIT_FILE
 from human_gait.settings.departures import departures
 from human_gait.solving.diagnosis import check_text, not_kept, suggestions, violation_text
 from human_gait.solving.shadow_prices import influences
 from human_gait.solving.solver import Solution
 from human_gait.solving.starts import Attempt
-from human_gait.walk.described import with_story
+from human_gait.walk.described import gait_digest, with_story
 from human_gait.walk.energy import energy
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import load_record, save_gait
@@ -54,6 +56,7 @@ def summary_content(
         "solver_status": solution.status,
         "wall_time_s": sum(attempt.solution.wall_time for attempt in attempts),
         "attempts": [_attempt(attempt) for attempt in attempts],
+        **spread(attempts),
         "iterations": solution.iterations,
         "evaluations": solution.evaluations,
         "cost": solution.cost,
@@ -122,7 +125,16 @@ def diagnosis_content(attempt: Attempt) -> dict[str, Any]:
     return {"not_kept": broken + failed, "try": tries}
 
 
-def found_gait(kept: Attempt, seed: int) -> Gait:
+def spread(attempts: Sequence[Attempt]) -> dict[str, Any]:
+    """Return how many attempts are walks, and by what part of the least their costs differ.
+
+    Local optima are different walks at different costs.
+    """
+    costs = [attempt.solution.cost for attempt in attempts if attempt.success]
+    return {"walks": len(costs), "cost_spread": max(costs) / min(costs) - 1.0 if costs else None}
+
+
+def found_gait(kept: Attempt, seed: int, attempts: Sequence[Attempt] = ()) -> Gait:
     """Return the gait of an attempt with all that is known of how it was found.
 
     Parameters
@@ -130,38 +142,38 @@ def found_gait(kept: Attempt, seed: int) -> Gait:
     kept : Attempt
     seed : int
         Of the random starts.
+    attempts : sequence of Attempt
+        All of them.
     """
     program, solution = kept.program, kept.solution
-    gait = with_story(
-        solution.gait,
+    told = solution.gait.retold(solution.gait.solution, solution.multipliers)
+    return with_story(
+        told,
         kept.success,
         start=kept.start,
         seed=seed,
         dynamics=program.dynamics,
         iterations=solution.iterations,
         evaluations=solution.evaluations,
+        **(spread(attempts) if attempts else {}),
         **own_bounds(program, solution),
     )
-    return replace(gait, multipliers=solution.multipliers)
 
 
-def save_verified(kept: Attempt, seed: int, folder: Path) -> tuple[Attempt, Gait]:
-    """Write the gait of an attempt with whether it is a walk, as the file's own checks say.
+def save_found(kept: Attempt, seed: int, folder: Path) -> Gait:
+    """Write the gait of a checked attempt, read the file back, and return what is in it.
 
-    Returns
-    -------
-    kept : Attempt
-        With the checks of the file that was written.
-    gait : Gait
-        What is in it.
+    Raises
+    ------
+    ResultError
+        If the file does not hold what was checked.
     """
     gait = found_gait(kept, seed)
     save_gait(gait, folder)
-    checked = replace(kept, checks=verify(load_record(folder)))
-    if checked.success != kept.success:
-        gait = found_gait(checked, seed)
-        save_gait(gait, folder)
-    return checked, gait
+    read = load_record(folder)
+    if read.altered or gait_digest(read.gait) != gait_digest(gait):
+        raise ResultError(f"{folder / GAIT_FILE}: is not as it was written: is the disk damaged?")
+    return gait
 
 
 def own_bounds(program: GaitProgram, solution: Solution) -> dict[str, Any]:

@@ -47,6 +47,10 @@ class Iterate(Value):
         return self.worst.value <= FEASIBLE
 
 
+Tell = Callable[[Iterate], None]
+"""Is given every evaluated point."""
+
+
 class Interrupted(Exception):
     """Leave the solver: it was asked to stop, or its time is over."""
 

@@ -10,75 +10,117 @@ import numpy as np
 from human_gait.arrays import FloatArray, IntArray
 from human_gait.body.skeleton import MIRROR_INDEX, MIRROR_SIGN, N_DOF
 
-JOINTS = np.arange(6, N_DOF)
-"""Indices of the DOF that have torques: all but the global ones."""
-
 _BY_DOF = (
-    *("torque", "torque_second", "torque_next", "torque_velocity", "velocity_second"),
+    *("torque", "torque_second", "torque_velocity"),
+    *("torque_next", "torque_velocity_next", "velocity_torque_next", "velocity_next"),
     *("passive", "passive_second"),
 )
+_OF_CONTACT = (
+    *("contact_position", "contact_velocity"),
+    *("contact_position_second", "contact_velocity_second"),
+)
+
+
+class Block(NamedTuple):
+    """Second derivatives at K instants where some DOF enter as they are.
+
+    Attributes
+    ----------
+    dofs : (c,) int array
+    qq, qv, vv : (K, c, c) array or None
+        By q and q, by q (rows) and v, by v and v.
+    """
+
+    dofs: IntArray
+    qq: FloatArray | None = None
+    qv: FloatArray | None = None
+    vv: FloatArray | None = None
+
+    def add_to(self, dense: FloatArray) -> None:
+        """Add them to matrices (K, 3, 55, 3, 55)."""
+        rows, columns = self.dofs[:, None], self.dofs
+        for (i, j), block in zip(((0, 0), (0, 1), (1, 1)), self[1:], strict=True):
+            if block is not None:
+                dense[:, i, rows, j, columns] += block
+                if i != j:
+                    dense[:, j, rows, i, columns] += block.swapaxes(1, 2)
 
 
 @dataclass(frozen=True)
 class Adjoint:
     """Derivatives of a weighted sum in what it is made of, at K instants.
 
-    The objective and the constraints depend on the motion through few quantities; their second
-    derivatives in the motion follow from these derivatives by the chain rule
-    (`Walker.second_derivatives`).
+    The objective and the constraints depend on the motion through few quantities; their derivatives
+    in the motion follow from these by the chain rule (`Walker.gradient`,
+    `Walker.second_derivatives`).
 
     Attributes
     ----------
+    state : (K, 3, 55) array
+        By q, v, a where they enter as they are.
     torque, torque_second : (K, 55) array
         By the muscle torques; the second derivatives by each of them.
-    torque_next : (K, 55) array
-        By the torque of a joint and the same one at the next instant (`at_next`).
-    torque_velocity, velocity_second : (K, 55) array
-        By the torque and the velocity of a joint, and twice by its velocity.
+    torque_velocity : (K, 55) array
+        By the torque and the velocity of a joint.
+    torque_next, velocity_next : (K, 55) array
+        By the torque of a joint and the same one at the next instant (`at_next`); by its velocities
+        at both.
+    torque_velocity_next, velocity_torque_next : (K, 55) array
+        By its torque and its velocity at the next instant, and the other way round. These two and
+        `velocity_next` are only for joints of the legs.
     passive, passive_second : (K, 55) array
-        The same by the torques of the tissues.
+        By the torques of the tissues; the second derivatives by each of them.
     ground, ground_second : (K, n) and (K, n, n) array
         By the variables of the ground (`GroundReaction`).
-    position, velocity : (K, 2, 4, 3) array
-        By position and velocity of the contact points, on which everything depends linearly.
-    posture_second, posture_velocity : (K, 55, 55) array
-        Second derivatives by q, and by q (rows) and v, where they enter as they are.
-    products : list of two (K, r, 165) arrays
-        Rows B, C of second derivatives B^T C + C^T B in q, v, a.
-    pairs : list of two (K, r, 165) arrays
-        Rows D of an instant and E of the next one of second derivatives D^T E + E^T D; after the
-        last instant of a step that is its own mirror image comes T, in the state of the first one
-        (`at_next`). Of any other step there are K - 1.
+    contact_position, contact_velocity : (K, 2, 4, 3) array
+        By position and velocity of the contact points.
+    contact_position_second, contact_velocity_second : (K, 2, 4, 3) array
+        Twice by each of their coordinates.
+    own : (K, 3, 55) array
+        Second derivatives by q twice, q and v, v twice of single DOF, where they enter as they are.
+    blocks : list of Block
+        Those of some DOF.
+    products : list of (c,) int array and two (K, r, 3, c) arrays
+        Some DOF, and rows B, C of second derivatives B^T C + C^T B in q, v, a of them.
     """
 
+    state: FloatArray
     torque: FloatArray
     torque_second: FloatArray
-    torque_next: FloatArray
     torque_velocity: FloatArray
-    velocity_second: FloatArray
+    torque_next: FloatArray
+    torque_velocity_next: FloatArray
+    velocity_torque_next: FloatArray
+    velocity_next: FloatArray
     passive: FloatArray
     passive_second: FloatArray
     ground: FloatArray
     ground_second: FloatArray
-    position: FloatArray
-    velocity: FloatArray
-    posture_second: FloatArray
-    posture_velocity: FloatArray
-    products: list[tuple[FloatArray, FloatArray]] = field(default_factory=list)
-    pairs: list[tuple[FloatArray, FloatArray]] = field(default_factory=list)
+    contact_position: FloatArray
+    contact_velocity: FloatArray
+    contact_position_second: FloatArray
+    contact_velocity_second: FloatArray
+    own: FloatArray
+    blocks: list[Block] = field(default_factory=list)
+    products: list[tuple[IntArray, FloatArray, FloatArray]] = field(default_factory=list)
 
     @classmethod
     def none(cls, K: int, n: int) -> Adjoint:
         """Return an adjoint to add to, all zero, where the ground has n variables."""
         shapes = {
+            **dict.fromkeys(("state", "own"), (3, N_DOF)),
             **dict.fromkeys(_BY_DOF, (N_DOF,)),
             "ground": (n,),
             "ground_second": (n, n),
-            **dict.fromkeys(("position", "velocity"), (2, 4, 3)),
-            **dict.fromkeys(("posture_second", "posture_velocity"), (N_DOF, N_DOF)),
+            **dict.fromkeys(_OF_CONTACT, (2, 4, 3)),
         }
         zeros: dict[str, Any] = {name: np.zeros((K, *shape)) for name, shape in shapes.items()}
         return cls(**zeros)
+
+    @property
+    def velocity_second(self) -> FloatArray:
+        """Second derivatives by the velocity of a DOF twice (K, 55)."""
+        return self.own[:, 2]
 
 
 class Image(NamedTuple):

@@ -20,8 +20,6 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import BSpline
-from scipy.linalg import lstsq
 
 from human_gait.arrays import FloatArray
 from human_gait.body.skeleton import N_DOF
@@ -89,9 +87,29 @@ class Basis(Value):
         return np.asarray(self.breaks[piece] + step * self.step_time)
 
     def matrix(self, times: FloatArray, derivative: int = 0) -> FloatArray:
-        """Return N, N' or N'' at the `times` in [0, T], (K, n)."""
-        functions = BSpline(self.knots, np.eye(self.n_control_points), DEGREE)
-        return np.asarray(functions(times, nu=derivative))
+        """Return N, N' or N'' at the `times` (K,) in [0, T], (K, n).
+
+        Of the functions of degree r those that begin at the r + 1 last knots before t are not 0.
+        Each has a part in two of the next degree, by Cox and de Boor's recursion
+
+            N_(j,r+1) = w_j N_(j,r) + (1 - w_(j+1)) N_(j+1,r),  w_j = (t - t_j) / (t_(j+r+1) - t_j),
+
+        and with w_j = (r + 1) / (t_(j+r+1) - t_j) and -w instead of 1 - w in its derivative.
+        """
+        t, knots = np.asarray(times, dtype=float)[:, None], self.knots
+        last = np.searchsorted(self.breaks[1:-1], t, side="right") + DEGREE
+        N = np.ones((len(t), 1))
+        for r in range(DEGREE):
+            j = last + np.arange(-r, 1)
+            part = N / (knots[j + r + 1] - knots[j])
+            if r < DEGREE - derivative:
+                up, down = (t - knots[j]) * part, (knots[j + r + 1] - t) * part
+            else:
+                up, down = (r + 1) * part, -(r + 1) * part
+            N = np.hstack([np.zeros_like(t), up]) + np.hstack([down, np.zeros_like(t)])
+        found = np.zeros((len(t), self.n_control_points))
+        np.put_along_axis(found, last + np.arange(-DEGREE, 1), N, axis=1)
+        return found
 
     def expand(self, free: FloatArray) -> FloatArray:
         """Return all n control points (n, 55) from the m free ones (m, 55), Eq. (26)."""
@@ -118,7 +136,7 @@ class Basis(Value):
         for sign in (1.0, -1.0):
             folded = N[:, :m].copy()
             folded[:, : self.n_control_points - m] += sign * N[:, m:]
-            fitted += lstsq(folded, (q + sign * self.cycle.turned(q)) / 2)[0]
+            fitted += np.linalg.lstsq(folded, (q + sign * self.cycle.turned(q)) / 2)[0]
         return fitted
 
     def design(self, times: FloatArray, derivative: int = 0) -> FloatArray:
@@ -149,21 +167,31 @@ class Basis(Value):
         and after too, whose knots reach into this one.
         """
         T, new = self.step_time, np.setdiff1d(finer.breaks, self.breaks)
+        knots, P = self.knots, control_points
         if self.mirrored:
-            spline = self._three_steps(control_points)
+            knots, P = self._three_steps(control_points)
             new = np.concatenate([new - T, new, new + T])
-        else:
-            spline = BSpline(self.knots, control_points, DEGREE)
         for knot in new:
-            spline = spline.insert_knot(knot)
-        first = int(np.argmin(np.abs(spline.t - finer.knots[0])))
-        return np.asarray(spline.c[first : first + finer.n_control_points])
+            knots, P = _inserted(knots, P, knot)
+        first = int(np.argmin(np.abs(knots - finer.knots[0])))
+        return P[first : first + finer.n_control_points]
 
-    def _three_steps(self, control_points: FloatArray) -> BSpline:
-        """Return the spline of the step before, this one and the next."""
+    def _three_steps(self, control_points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return knots and control points of the step before, this one and the next."""
         m = self.n_pieces
         j = np.arange(-m, 2 * m + DEGREE)
         step, within = np.divmod(j, m)
         P = self.cycle.image(control_points[within], step)
-        knots = self._knots(np.arange(j[0], j[-1] + DEGREE + 2))
-        return BSpline(knots, P, DEGREE)
+        return self._knots(np.arange(j[0], j[-1] + DEGREE + 2)), P
+
+
+def _inserted(knots: FloatArray, P: FloatArray, new: float) -> tuple[FloatArray, FloatArray]:
+    """Return knots and control points of the same curves with one more knot.
+
+    P'_j = w_j P_j + (1 - w_j) P_(j-1), where w_j = (t - t_j) / (t_(j+3) - t_j), from 0 to 1.
+    """
+    start, end, zero = knots[:-DEGREE], knots[DEGREE:], np.zeros_like(P[:1])
+    within = (start < new) & (new < end)
+    w = np.divide(new - start, end - start, out=1.0 * (end <= new), where=within)[:, None]
+    refined = w * np.concatenate([P, zero]) + (1.0 - w) * np.concatenate([zero, P])
+    return np.insert(knots, np.searchsorted(knots, new), new), refined

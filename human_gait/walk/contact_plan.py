@@ -8,11 +8,13 @@ until T and on. Feet point straight ahead, so their support regions are boxes in
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from human_gait.arrays import BoolArray, FloatArray
+from human_gait.arrays import BoolArray, FloatArray, IntArray
 from human_gait.body.dh import frames
 from human_gait.body.links import FootPoints
 from human_gait.body.person import Body
@@ -31,6 +33,7 @@ _TRAILING = (0.15, 0.75, 0.85)  # from ball to toe tip: at strike, ball off and 
 _LANDING = 0.05  # of the step: how long a foot that has come down flat still settles
 _AROUND = [0, 1, 2, 2, 1, 0]  # heel, ball or toes: the part that each corner of the outline is of
 _BALL_CORNERS = [1, 4]
+_STRAIGHT = 1e-12  # [m^2]: no corner
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +75,22 @@ class Foot(Value):
         return float(np.ptp(self.outline[[0, -1], 0]) / 2)
 
 
+class Support(NamedTuple):
+    """How the feet stand at K instants.
+
+    Attributes
+    ----------
+    both : (K,) bool array
+        Whether both do.
+    A, B : (K, 2) array, [m]
+        x and z of the points between which the load passes, Eq. (17): trailing and leading foot.
+    """
+
+    both: BoolArray
+    A: FloatArray
+    B: FloatArray
+
+
 class ContactPlan:
     """Contacts, footholds and support regions of one scenario."""
 
@@ -95,6 +114,15 @@ class ContactPlan:
         half = np.array([self.walk.step_width, self.walk.step_length]) / 2
         self.ankles = np.array([[-half[0], 0.0, -half[1]], [half[0], 0.0, half[1]]])
         """(2, 3) points of the ground below the ankles of the standing feet, right and left."""
+
+        self._support: tuple[FloatArray, Support] | None = None
+
+    def support(self, times: FloatArray) -> Support:
+        """Return how the feet stand at times (K,); those of the last ones are kept."""
+        if self._support is None or self._support[0] is not times:
+            A, B = (point[:, [0, 2]] for point in self.transfer_points(times))
+            self._support = times, Support(self.double_support(times), A, B)
+        return self._support[1]
 
     @property
     def footholds(self) -> FloatArray:
@@ -195,15 +223,35 @@ class ContactPlan:
 
         Of both it is the foot support region. At least one of `feet` has to stand.
         """
-        touching = self.contact(np.array([time]))[0]
-        return _hull(np.concatenate([self._standing_corners(f, touching[f]) for f in feet]))
+        return self._region(feet, self.contact(np.array([time]))[0])
+
+    def support_regions(
+        self, times: FloatArray, feet: tuple[int, ...] = (RIGHT, LEFT)
+    ) -> Iterator[tuple[IntArray, FloatArray]]:
+        """Yield the instants whose support region of feet is the same, and its corners (n, 2), [m].
+
+        Without corners where none of the feet stands.
+        """
+        touching = self.contact(times)
+        parts, part = np.unique(
+            touching[:, feet].reshape(len(times), -1), axis=0, return_inverse=True
+        )
+        for k in range(len(parts)):
+            instants = np.flatnonzero(part.ravel() == k)
+            yield instants, self._region(feet, touching[instants[0]])
 
     def turning_radius(self, times: FloatArray) -> FloatArray:
         """Return the radius of gyration (K,) of the foot support region, [m].
 
         Spread over the region, a vertical force N holds it against turning by up to about mu N r.
         """
-        return np.array([radius_of_gyration(self.support_polygon(t)) for t in times])
+        radius = np.empty(len(times))
+        for instants, corners in self.support_regions(times):
+            radius[instants] = radius_of_gyration(corners)
+        return radius
+
+    def _region(self, feet: tuple[int, ...], touching: BoolArray) -> FloatArray:
+        return _hull(np.concatenate([self._standing_corners(f, touching[f]) for f in feet]))
 
     def _standing_corners(self, f: int, touching: BoolArray) -> FloatArray:
         """Return the corners (n, 2) of the parts of a foot that stand, x and z, [m].
@@ -258,6 +306,21 @@ def radius_of_gyration(polygon: FloatArray) -> float:
 
 
 def _hull(points: FloatArray) -> FloatArray:
-    from scipy.spatial import ConvexHull  # noqa: PLC0415, 0.1 s to import
+    """Return the corners (m, 2) of the convex hull of points (n, 2), all around.
 
-    return np.asarray(points[ConvexHull(points).vertices])
+    A. M. Andrew, Information Processing Letters 9 (1979): each side of the hull turns one way only.
+    """
+    rising = sorted(map(tuple, points.tolist()))
+    return np.array([*_turning_left(rising), *_turning_left(rising[::-1])]).reshape(-1, 2)
+
+
+def _turning_left(points: list[tuple[float, ...]]) -> list[tuple[float, ...]]:
+    side: list[tuple[float, ...]] = []
+    for x, z in points:
+        while len(side) > 1:
+            (x0, z0), (x1, z1) = side[-2:]
+            if (x1 - x0) * (z - z0) - (z1 - z0) * (x - x0) > _STRAIGHT:
+                break
+            side.pop()
+        side.append((x, z))
+    return side[:-1]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,9 @@ from human_gait.results.sealed import digest_of
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
+
+ESTIMATE = "estimate"
+"""Of the solution of a gait: how far it is off if it is only estimated."""
 
 _CONTENT = {  # what solvers say, to begin with, where they are content
     "newton": ("optimal", "the active set is settled"),
@@ -66,7 +68,7 @@ def with_story(gait: Gait, success: bool, **story: object) -> Gait:
         Further entries of `Gait.solution`.
     """
     told = {"success": success, "digest": gait_digest(gait), **story}
-    return replace(gait, solution={**gait.solution, **told})
+    return gait.retold({**gait.solution, **told}, gait.multipliers)
 
 
 def was_changed(gait: Gait) -> bool:
@@ -82,6 +84,8 @@ def no_walk(gait: Gait) -> str:
     """
     found = gait.solution
     solver, status = str(found.get("solver", "")), str(found.get("status", "status unknown"))
+    if ESTIMATE in found:
+        return "This is no walk: it is an estimate, one step from a walk that was found."
     content = status.startswith(_CONTENT.get(solver, ("",)))
     if not content:
         return f"This is no walk: {solver} ended with {status!r}."

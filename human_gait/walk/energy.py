@@ -202,8 +202,8 @@ def _calibrated(scenario: Scenario) -> bool:
 
 def effort(gait: Gait) -> float:
     """Return the integral of the squared muscle torques over a step, [N^2 m^2 s]."""
-    times, spacing = constrained_grid(gait.scenario)
-    return float(spacing @ (gait.step_samples(times).active ** 2).sum(axis=1))
+    _, spacing = constrained_grid(gait.scenario)
+    return float(spacing @ (gait.seen_samples.active**2).sum(axis=1))
 
 
 def headline(found: Energy) -> list[str]:

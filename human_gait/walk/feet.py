@@ -8,10 +8,12 @@ about the world's origin) moves it by J_i = l_i + w_i x p, and for i above or at
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from human_gait import kernel
 from human_gait.arrays import FloatArray
 from human_gait.body.dh import link_to_dh
 from human_gait.body.person import Body
@@ -23,7 +25,7 @@ from human_gait.dynamics.inverse_dynamics import (
     InverseDynamics,
     symmetric,
 )
-from human_gait.dynamics.spatial import cross, sum_below
+from human_gait.dynamics.spatial import cross
 from human_gait.values import Value
 
 
@@ -44,6 +46,20 @@ class FootMotion(Value):
     jacobian: FloatArray
     velocity_dq: FloatArray
 
+    def squares(
+        self, by_position: FloatArray, by_velocity: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return second derivatives of half the weighted squares of positions and velocities.
+
+        Where these themselves are zero: J^T w J, weights (K, 4, 3), by q and q, q and v, v and v.
+        """
+        K = len(by_position)
+        J, J_rate = (x.reshape(K, 12, -1) for x in (self.jacobian, self.velocity_dq))
+        places, speeds = (w.reshape(K, 1, 12) for w in (by_position, by_velocity))
+        J_T, J_rate_T = J.swapaxes(1, 2), J_rate.swapaxes(1, 2) * speeds
+        qq = (J_T * places) @ J + J_rate_T @ J_rate
+        return qq, J_rate_T @ J, (J_T * speeds) @ J
+
 
 class Feet:
     """The contact points of one body, on the links that carry them; `ball` as `Links.standing`."""
@@ -58,78 +74,81 @@ class Feet:
 
     def motion(self, dynamics: InverseDynamics, v: FloatArray) -> tuple[FootMotion, FootMotion]:
         """Return the motion of the right and of the left foot, velocities v (K, 55)."""
-        right, left = (self._foot(f, dynamics, v) for f in range(len(SIDES)))
+        poses = dynamics.link_poses[:, self._places]  # (K, 2, 4, 4, 4)
+        place = (poses @ self._points[..., None])[..., :3, 0]
+        parts = place, *self._moved(dynamics.axes, v, place)
+        right, left = (FootMotion(*(part[:, f] for part in parts)) for f in range(len(SIDES)))
         return right, left
 
-    def hessian(
+    def _moved(
+        self, axes: FloatArray, v: FloatArray, place: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return velocity, Jacobian and its rate (K, 2, 4, 3, ...) of points at places."""
+        K, n = len(place), CHAINS[0].size
+        if run := kernel.function("feet_motion"):
+            shapes = (K, 2, 4, 3), (K, 2, 4, 3, n), (K, 2, 4, 3, n)
+            velocity, J, J_rate = found = tuple(np.empty(shape) for shape in shapes)
+            run(K, np.array(CHAINS), self._on_toes, axes.swapaxes(1, 2), v, place, into=found)
+            return velocity, J, J_rate
+        chains = np.array(CHAINS)
+        S, speed = axes.swapaxes(1, 2)[:, chains], v[:, chains]  # (K, 2, 13, 6), (K, 2, 13)
+        linear, angular = S[:, :, None, :, :3], S[:, :, None, :, 3:]
+        moving = np.ones((2, 4, n, 1))
+        moving[~self._on_toes, -1] = 0.0  # the toe joint does not move the rear foot
+        J = (linear + cross(angular, place[:, :, :, None])) * moving
+        moved = J * speed[:, :, None, :, None]
+        turned = np.cumsum(angular * speed[:, :, None, :, None], axis=3)  # joints above and at j
+        below = np.flip(np.cumsum(np.flip(moved, 3), axis=3), 3) - moved
+        J_rate = (cross(turned, J) + cross(angular, below)) * moving
+        return moved.sum(axis=3), J.swapaxes(3, 4), J_rate.swapaxes(3, 4)
+
+    def add_hessian(
         self,
-        dynamics: InverseDynamics,
-        motion: FootMotion,
+        axes: FloatArray,
         v: FloatArray,
-        f: int,
-        by_position: FloatArray,
-        by_velocity: FloatArray,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return second derivatives of weighted positions and velocities of one foot's points.
+        feet: tuple[FootMotion, FootMotion],
+        weights: Sequence[FloatArray],
+        into: Sequence[FloatArray],
+    ) -> None:
+        """Add second derivatives of functions of positions and velocities of the contact points.
 
         Parameters
         ----------
-        dynamics, motion, v
-            As of `motion`, of the foot.
-        f : int
-            0 for the right, 1 for the left foot.
-        by_position, by_velocity : (K, 4, 3) array
-            The weights.
-
-        Returns
-        -------
-        by q and q, by q and v : (K, 13, 13) array
-            On the chain of the foot; by v twice they vanish.
+        axes, v, feet
+            As of `motion`.
+        weights : four (K, 2, 4, 3) arrays
+            Derivatives of the functions by positions and by velocities, and the second derivatives
+            by each of these.
+        into : three (K, 20, 20) arrays
+            By q and q, by q and v, by v and v of the first DOF, those of the legs.
 
         Notes
         -----
         With d2 p/dq_i dq_j = w_i x J_j the sum over the points of weights c is w_i . sum J_j x c;
         for velocities it enters by q and v, and its rate by q twice.
         """
-        w = dynamics.axes[:, 3:, CHAINS[f]].swapaxes(1, 2)
-        J, J_rate = (x.transpose(0, 3, 1, 2) for x in (motion.jacobian, motion.velocity_dq))
-        turned = np.cumsum(w * v[:, CHAINS[f], None], axis=1)
-        w_rate = cross(turned, w)
-        places, speeds = by_position[:, None], by_velocity[:, None]
-        at, moving, onward = (
-            cross(*pair).sum(axis=2).swapaxes(1, 2)
-            for pair in ((J, places), (J, speeds), (J_rate, speeds))
-        )
-        return symmetric(w @ (at + onward) + w_rate @ moving), symmetric(w @ moving)
-
-    def _foot(self, f: int, dynamics: InverseDynamics, v: FloatArray) -> FootMotion:
-        S, speed = dynamics.axes[:, :, CHAINS[f]], v[:, CHAINS[f]]
-        linear, angular = (part.swapaxes(1, 2) for part in (S[:, :3], S[:, 3:]))
-        points = [
-            self._point(dynamics.link_poses[:, place] @ point, linear, angular, speed, toes)
-            for point, place, toes in zip(
-                self._points[f], self._places[f], self._on_toes[f], strict=True
+        if run := kernel.function("feet_second"):
+            motion = (
+                np.stack([foot.jacobian for foot in feet], axis=1),
+                np.stack([foot.velocity_dq for foot in feet], axis=1),
             )
-        ]
-        return FootMotion(*(np.stack(parts, axis=1) for parts in zip(*points, strict=True)))
-
-    def _point(
-        self,
-        place: FloatArray,
-        linear: FloatArray,
-        angular: FloatArray,
-        speed: FloatArray,
-        on_toes: bool,
-    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return position, velocity and their partials of one point (K, 4) at K instants."""
-        p = place[:, :3]
-        J = linear + cross(angular, p[:, None])
-        if not on_toes:
-            J[:, -1] = 0.0  # the toe joint does not move the rear foot
-        moved = J * speed[..., None]
-        turned = np.cumsum(angular * speed[..., None], axis=1)  # joints above and at j
-        below = sum_below(moved)
-        dv = cross(turned, J) + cross(angular, below)
-        if not on_toes:
-            dv[:, -1] = 0.0
-        return p, moved.sum(axis=1), J.swapaxes(1, 2), dv.swapaxes(1, 2)
+            run(len(v), np.array(CHAINS), axes.swapaxes(1, 2), v, *motion, *weights, into=into)
+            return
+        for f, chain in enumerate(CHAINS):
+            on = slice(None), chain[:, None], chain
+            by_position, by_velocity, *squares = (weight[:, f] for weight in weights)
+            w = axes[:, 3:, chain].swapaxes(1, 2)
+            parts = feet[f].jacobian, feet[f].velocity_dq
+            J, J_rate = (x.transpose(0, 3, 1, 2) for x in parts)
+            turned = np.cumsum(w * v[:, chain, None], axis=1)
+            w_rate = cross(turned, w)
+            places, speeds = by_position[:, None], by_velocity[:, None]
+            at, moving, onward = (
+                cross(*pair).sum(axis=2).swapaxes(1, 2)
+                for pair in ((J, places), (J, speeds), (J_rate, speeds))
+            )
+            curved = symmetric(w @ (at + onward) + w_rate @ moving), symmetric(w @ moving)
+            for total, found in zip(into, curved, strict=False):
+                total[on] += found
+            for total, found in zip(into, feet[f].squares(*squares), strict=True):
+                total[on] += found

@@ -151,6 +151,23 @@ class Gait(Uses, Value):
     def _walker(self) -> Walker:
         return Walker(self.scenario)
 
+    @cached_property
+    def right_stride(self) -> Samples:
+        """One stride from right heel strike to the next, at every percent of it."""
+        return self.instants(self.step_time * (1.0 + np.arange(101.0) / 50.0)).frozen()
+
+    @cached_property
+    def seen_samples(self) -> Samples:
+        """The gait at the instants that it is constrained at (`constrained_grid`)."""
+        return self.step_samples(constrained_grid(self.scenario)[0]).frozen()
+
+    def retold(self, solution: Mapping[str, Any], multipliers: Mapping[str, FloatArray]) -> Gait:
+        """Return the same motion, found in another way; what is known of it is not made again."""
+        told = replace(self, solution=solution, multipliers=multipliers)
+        own = {item.name for item in fields(self)}
+        vars(told).update({name: made for name, made in vars(self).items() if name not in own})
+        return told
+
     def q(self, t: npt.ArrayLike) -> FloatArray:
         """Return the posture (55,) or (K, 55) at times t >= 0, [rad] and [m]."""
         return self._motion(t, 0)
@@ -239,13 +256,13 @@ def samples(now: Instants, times: FloatArray) -> Samples:
         now.q,
         now.v,
         now.a,
-        now.torque.value,
-        now.muscle_torque.value,
+        now.torque,
+        now.muscle_torque,
         _on_ground(now.ground.zmp.value),
         grf,
         cop,
         yaw_moment,
-        np.stack([share.value for share in now.ground.toe_share], axis=1),
+        now.ground.toe_share.value,
         np.stack([foot.position for foot in now.feet], axis=1),
     )
 

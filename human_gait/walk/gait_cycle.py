@@ -148,7 +148,7 @@ def gait_cycle(gait: Gait) -> dict[str, FloatArray]:
     gait : Gait
         Its step runs from left to right heel strike: the right leg's cycle is t = T ... 3 T.
     """
-    now = gait.instants(gait.step_time * (1.0 + PERCENT / 50.0))
+    now = gait.right_stride
     mass = gait.body.subject.mass
     q, tau, power = np.rad2deg(now.q), now.tau / mass, joint_power(now) / mass
     force = now.grf / (mass * skeleton.GRAVITY)

@@ -19,25 +19,26 @@ height H above the ZMP if h = l1 l2 R_y (B - A) / H. `least_effort` finds 1/H fr
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from human_gait.arrays import BoolArray, FloatArray
+from human_gait import kernel
+from human_gait.arrays import BoolArray, FloatArray, IntArray
 from human_gait.body.skeleton import N_DOF
 from human_gait.dynamics.inverse_dynamics import (
     CHAINS,
     ROOT,
     InverseDynamics,
-    linearised_load,
     load_hessian,
     load_torques_dq,
     weighted_axes_dq,
 )
-from human_gait.dynamics.jet import Jet, Linearised, cross, stack
+from human_gait.dynamics.jet import Jet, Linearised, cross, joined, stack
 from human_gait.values import Value
 from human_gait.walk.adjoint import Adjoint
-from human_gait.walk.contact_plan import LEFT, RIGHT, ContactPlan
+from human_gait.walk.contact_plan import ContactPlan, Support
 
 _ROUNDING = 0.04  # of the way from A to B: where the share bends smoothly into 0 and 1
 _TOE_BLEND = (-0.010, 0.020)  # [m] ahead of the metatarsal heads: from the rear foot to the toes
@@ -45,8 +46,28 @@ _TOE_BLEND = (-0.010, 0.020)  # [m] ahead of the metatarsal heads: from the rear
 LOADED = tuple((chain[:-1], chain) for chain in CHAINS)
 """Indices of the DOF that carry a load on the rear foot and one on the toes: right, left."""
 
-OnLinks = tuple[tuple[Jet, Jet], tuple[Jet, Jet]]
-"""Wrenches (K, 6) about the world's origin on rear foot and toes of the right and the left foot."""
+LOWER = slice(0, int(np.max(CHAINS)) + 1)
+"""The 20 DOF that move the feet: the global ones and those of both legs."""
+N_LOWER = LOWER.stop
+_LENGTHS = np.array([len(joints) for foot in LOADED for joints in foot])
+_CHAINS = _LENGTHS, np.array([chain for chain in CHAINS for _ in range(2)])
+LEG_JOINTS = slice(len(ROOT), N_LOWER)
+"""The 14 joints of the legs, right then left."""
+
+QUANTITIES: Mapping[str, slice | int] = {
+    "zmp": slice(0, 2),
+    "yaw moment": 2,
+    "leading share": 3,
+    "pressure right": slice(4, 6),
+    "pressure left": slice(6, 8),
+    "wrench right": slice(8, 14),
+    "wrench left": slice(14, 20),
+    "toe share": slice(20, 22),
+    "links": slice(22, 46),
+}
+"""Where each is among all that follows from the variables of the ground."""
+_N = 46
+_OF_FEET = [(f"{what} right", f"{what} left") for what in ("pressure", "wrench")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +93,9 @@ class GroundReaction(Value):
         x and z of the centre of pressure of the right and of the left foot.
     wrenches : tuple of two Jet (K, 6), [N], [N m]
         On the right and on the left foot, about the world's origin.
-    toe_share : tuple of two Jet (K,)
-        Share of the foot's wrench that acts on its toes; the rest acts on the rear foot.
-    on_links : tuple of two pairs of Jet (K, 6)
+    toe_share : Jet (K, 2)
+        Share of each foot's wrench that acts on its toes; the rest acts on the rear foot.
+    on_links : Jet (K, 2, 2, 6)
         The wrenches on rear foot and toes of the right and of the left foot.
     """
 
@@ -85,8 +106,8 @@ class GroundReaction(Value):
     leading_share: Jet
     pressure: tuple[Jet, Jet]
     wrenches: tuple[Jet, Jet]
-    toe_share: tuple[Jet, Jet]
-    on_links: OnLinks
+    toe_share: Jet
+    on_links: Jet
 
     def in_state(self, quantity: Jet) -> Linearised:
         """Return one of the quantities (K, ...) with partials in q, v, a."""
@@ -95,21 +116,45 @@ class GroundReaction(Value):
         return Linearised(quantity.value, by_state.reshape(*quantity.value.shape, -1))
 
 
-def ground_reaction(
-    dynamics: InverseDynamics, plan: ContactPlan, times: FloatArray
-) -> GroundReaction:
-    """Return the ground reaction at the instants `times` (K,) of the step."""
-    variables = root_wrench(dynamics)
+def ground_reaction(variables: Linearised, plan: ContactPlan, times: FloatArray) -> GroundReaction:
+    """Return the ground reaction at the instants `times` (K,) of the step.
+
+    `variables` are the wrench (K, 6) that all the bodies need about the world's origin.
+    """
     if plan.least_effort:
         variables = with_lean(variables)
     F = Jet.variables(variables.value)
-    R, M = F[:, :3], F[:, 3:6]
+    found = _quantities(F, plan, plan.support(times))
+    pressure, wrenches = (tuple(found[:, QUANTITIES[part]] for part in two) for two in _OF_FEET)
+    return GroundReaction(
+        variables,
+        F[:, :3],
+        found[:, QUANTITIES["zmp"]],
+        found[:, QUANTITIES["yaw moment"]],
+        found[:, QUANTITIES["leading share"]],
+        pressure,  # type: ignore[arg-type]
+        wrenches,  # type: ignore[arg-type]
+        found[:, QUANTITIES["toe share"]],
+        found[:, QUANTITIES["links"]].reshaped(2, 2, 6),
+    )
+
+
+def _quantities(F: Jet, plan: ContactPlan, support: Support) -> Jet:
+    """Return all quantities of ``QUANTITIES`` (K, 46) from the variables (K, n)."""
+    if run := kernel.function("ground"):
+        K, n = F.value.shape
+        shapes = ((K, _N), (K, _N, n), (K, _N, n, n))
+        found = Jet(*(np.empty(shape) for shape in shapes))
+        numbers = np.array([plan.spread, _ROUNDING, *_TOE_BLEND])
+        both, A, B = support.both.astype(float), support.A, support.B
+        into = found.value, found.partials, found.second
+        run(K, n, F.value, both, A, B, plan.balls, numbers, into=into)
+        return found
+    R, M, (both, A, B) = F[:, :3], F[:, 3:6], support
     # Step one, Fig. 5 (a): M - ZMP x R has no part about x and z, only M_y about y.
     zmp = stack([M[:, 2] / R[:, 1], -M[:, 0] / R[:, 1]])  # (M_z / R_y, -M_x / R_y)
     M_y = M[:, 1] - (zmp[:, 1] * R[:, 0] - zmp[:, 0] * R[:, 2])
     # Step two, Fig. 5 (b): R and M_y act on the feet, l1 of them at A and l2 at B, Eq. (17).
-    both = plan.double_support(times)
-    A, B = (point[:, [0, 2]] for point in plan.transfer_points(times))
     l2 = _leading_share(zmp, A, B, both)  # d1 / (d1 + d2); l1 = 1 - l2
     e = zmp - directed(l2, B - A) - A  # ZMP - (l1 A + l2 B): what the shares leave of the moment
     pressure = tuple((e + point).where(both, zmp) for point in (A, B))
@@ -121,11 +166,12 @@ def ground_reaction(
         _foot_wrench(point, R, M_y, share, push)
         for point, share, push in zip(pressure, shares, h, strict=True)
     )
-    toes = tuple(
+    toes = [
         _toe_share(point[:, 1] - ball) for point, ball in zip(pressure, plan.balls, strict=True)
-    )
-    links = tuple(on_foot(*pair) for pair in zip(wrenches, toes, strict=True))
-    return GroundReaction(variables, R, zmp, M_y, l2, pressure, wrenches, toes, links)  # type: ignore[arg-type]
+    ]
+    links = [on_foot(*pair) for pair in zip(wrenches, toes, strict=True)]
+    vectors = [zmp, stack([M_y, l2]), *pressure, *wrenches, stack(toes)]
+    return joined([*vectors, *(link for foot in links for link in foot)])
 
 
 def with_lean(variables: Linearised, lean: Linearised | None = None) -> Linearised:
@@ -137,38 +183,57 @@ def with_lean(variables: Linearised, lean: Linearised | None = None) -> Linearis
     return Linearised(value, partials)
 
 
-def root_wrench(dynamics: InverseDynamics) -> Linearised:
-    """Return the wrench (K, 6) about the world's origin that the global DOF would have to give.
-
-    It solves J^T F = tau_1..6, J the spatial axes of the global DOF.
-    """
-    axes, torque = dynamics.axes[:, :, ROOT], dynamics.torque[:, ROOT]
-    J_T = axes.swapaxes(1, 2)
-    wrench = np.asarray(np.linalg.solve(J_T, torque.value[..., None])[..., 0], dtype=float)
-    partials = torque.partials.copy()  # J^T dF/dx = dtau/dx - (dJ^T/dx) F; J moves with q alone
-    partials[:, :, ROOT] -= load_torques_dq(axes, wrench)
-    return Linearised(wrench, np.asarray(np.linalg.solve(J_T, partials), dtype=float))
-
-
-def joint_torques(dynamics: InverseDynamics, reaction: GroundReaction) -> Linearised:
+def joint_torques(dynamics: InverseDynamics, on_links: Jet) -> FloatArray:
     """Return the torques (K, 55) with the ground reaction; those of the global DOF vanish.
 
     The toe joint carries what acts ahead of the metatarsal heads: the share of the foot's wrench
     on the toes rises smoothly with the centre of pressure. No other torque depends on it.
     """
-    value, partials = dynamics.torque.value.copy(), dynamics.torque.partials.copy()
-    for f in (RIGHT, LEFT):
-        for wrench, joints in zip(reaction.on_links[f], LOADED[f], strict=True):
-            load = linearised_load(dynamics.axes, joints, reaction.in_state(wrench))  # S^T W
-            value[:, joints] -= load.value
-            partials[:, joints] -= load.partials
-    return Linearised(value, partials)
+    return dynamics.torque.value + load_torques(dynamics.axes, on_links)
+
+
+def load_torques(axes: FloatArray, on_links: Jet) -> FloatArray:
+    """Return what forces on the feet add to the torques (K, 55), - S_i^T W."""
+    found = np.zeros((len(axes), N_DOF))
+    for wrench, joints in loads(on_links):
+        found[:, joints] -= (wrench.value[:, None] @ axes[:, :, joints])[:, 0]
+    return found
+
+
+def loads(on_links: Jet) -> Iterator[tuple[Jet, IntArray]]:
+    """Yield what acts on rear feet and toes, and the joints that carry it."""
+    for f, of_links in enumerate(LOADED):
+        for link, joints in enumerate(of_links):
+            yield on_links[:, f, link], joints
+
+
+def load_partials(axes: FloatArray, on_links: Jet) -> tuple[FloatArray, FloatArray]:
+    """Return partials of what forces on the feet add to torques of the legs, - S_i^T W(y).
+
+    Returns
+    -------
+    by_posture : (K, 14, 20) array
+        By q, y constant, in the DOF of `LOWER`.
+    by_ground : (K, 14, n) array
+        By y.
+    """
+    K, n = len(axes), on_links.partials.shape[-1]
+    by_posture, by_ground = np.zeros((K, N_LOWER, N_LOWER)), np.zeros((K, N_LOWER, n))
+    if run := kernel.function("load_partials"):
+        S, W, W_y = axes.swapaxes(1, 2), on_links.value, on_links.partials
+        run(K, n, *_CHAINS, S, W, W_y, into=(by_posture, by_ground))
+        return by_posture[:, LEG_JOINTS], by_ground[:, LEG_JOINTS]
+    for wrench, joints in loads(on_links):
+        S = axes[:, :, joints]
+        by_posture[:, joints[:, None], joints] -= load_torques_dq(S, wrench.value)
+        by_ground[:, joints] -= S.swapaxes(1, 2) @ wrench.partials
+    return by_posture[:, LEG_JOINTS], by_ground[:, LEG_JOINTS]
 
 
 def add_torques_to_adjoint(
-    axes: FloatArray, on_links: OnLinks, adjoint: Adjoint
+    axes: FloatArray, on_links: Jet, adjoint: Adjoint
 ) -> tuple[FloatArray, FloatArray]:
-    """Take account of the forces on the feet in a weighted sum of joint torques.
+    """Take account of the forces on the feet in second derivatives of a sum of joint torques.
 
     That is L = - sum w_i S_i^T W(y) with w = ``adjoint.torque``, S_i the spatial axis of joint i,
     W what acts on the links of the feet and y the variables of the ground. With p = sum w_i S_i
@@ -181,26 +246,32 @@ def add_torques_to_adjoint(
     Parameters
     ----------
     axes : (K, 6, 55) array
-    on_links : wrenches on rear foot and toes, as those of a `GroundReaction`
+    on_links : Jet (K, 2, 2, 6)
+        As that of a `GroundReaction`.
     adjoint : Adjoint
 
     Returns
     -------
-    second : (K, 55, 55) array
-        Second derivatives by q, y constant: the axes S move.
-    mixed : (K, 55, n) array
-        Second derivatives by q and y.
+    second : (K, 20, 20) array
+        Second derivatives by q, y constant: the axes S move. In the DOF of `LOWER`.
+    mixed : (K, n, 20) array
+        Second derivatives by y and q.
     """
     K, n = adjoint.ground.shape
-    second, mixed = np.zeros((K, N_DOF, N_DOF)), np.zeros((K, N_DOF, n))
-    for f in (RIGHT, LEFT):
-        for wrench, joints in zip(on_links[f], LOADED[f], strict=True):
-            S, w = axes[:, :, joints], adjoint.torque[:, joints]
-            p = (S @ w[..., None]).swapaxes(1, 2)  # (K, 1, 6)
-            adjoint.ground[:] -= (p @ wrench.partials)[:, 0]
-            adjoint.ground_second[:] -= (p @ wrench.second.reshape(K, 6, n * n)).reshape(K, n, n)
-            mixed[:, joints] -= weighted_axes_dq(S, w).swapaxes(1, 2) @ wrench.partials
-            second[:, joints[:, None], joints] -= load_hessian(S, w, wrench.value)
+    second, mixed = np.zeros((K, N_LOWER, N_LOWER)), np.zeros((K, n, N_LOWER))
+    if run := kernel.function("load_second"):
+        of_links = on_links.value, on_links.partials, on_links.second
+        into = adjoint.ground, adjoint.ground_second, second, mixed
+        run(K, n, *_CHAINS, axes.swapaxes(1, 2), *of_links, adjoint.torque, into=into)
+        return second, mixed
+    for wrench, joints in loads(on_links):
+        S, w = axes[:, :, joints], adjoint.torque[:, joints]
+        p = (S @ w[..., None]).swapaxes(1, 2)  # (K, 1, 6)
+        adjoint.ground[:] -= (p @ wrench.partials)[:, 0]
+        adjoint.ground_second[:] -= (p @ wrench.second.reshape(K, 6, n * n)).reshape(K, n, n)
+        moved = weighted_axes_dq(S, w)
+        mixed[:, :, joints] -= wrench.partials.swapaxes(1, 2) @ moved
+        second[:, joints[:, None], joints] -= load_hessian(S, moved, wrench.value)
     return second, mixed
 
 

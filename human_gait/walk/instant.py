@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -14,28 +14,30 @@ from human_gait.body.person import make_body
 from human_gait.body.skeleton import N_DOF, SEGMENTS
 from human_gait.dynamics.carried_load import CarriedForce
 from human_gait.dynamics.inverse_dynamics import (
-    CHAINS,
     LINKS,
     ROOT,
     InverseDynamics,
     make_dynamics,
 )
-from human_gait.dynamics.jet import Linearised
-from human_gait.dynamics.second_derivatives import StateHessian, TreeCurvature
+from human_gait.dynamics.second_derivatives import Tree, TreeHessian, TreeMotion
 from human_gait.dynamics.tissues import PassiveJoints, no_torque
 from human_gait.scenario import Scenario
-from human_gait.walk.adjoint import JOINTS, Adjoint
+from human_gait.walk.adjoint import Adjoint, Block
 from human_gait.walk.contact_plan import ContactPlan
 from human_gait.walk.feet import Feet, FootMotion
 from human_gait.walk.ground_reaction import (
+    LEG_JOINTS,
+    LOWER,
     GroundReaction,
     add_torques_to_adjoint,
     ground_reaction,
     joint_torques,
 )
-from human_gait.walk.least_effort import Lean, least_effort
+from human_gait.walk.least_effort import Lean, LeanHessian, least_effort
+from human_gait.walk.muscles import MusclePartials, Torques
 
 _DOF = np.arange(N_DOF)
+_OF_BODY = "subject", "load", "objective", "ground"  # sections that more than the plan comes from
 _HEAD = int(np.searchsorted(LINKS, SEGMENTS["head"]))
 
 
@@ -46,15 +48,10 @@ class Instants:
     Attributes
     ----------
     t : (K,) array, [s]
-    dynamics : InverseDynamics
-        Without ground reaction.
     q, v, a : (K, 55) array
-    torque : Linearised (K, 55), [N m], [N]
-        Joint torques with the ground reaction: what muscles and tissues give together.
-    passive_torque : Linearised (K, 55), [N m]
-        What tissues give of it.
-    muscle_torque : Linearised (K, 55), [N m]
-        The part that the muscles give: `torque` without the passive torques.
+    tree : TreeMotion
+        Of the body without its ground reaction.
+    torques : Torques
     ground : GroundReaction
     feet : FootMotion of the right and of the left foot
     head : (K, 3, 3) array
@@ -64,75 +61,101 @@ class Instants:
     """
 
     t: FloatArray
-    dynamics: InverseDynamics
     q: FloatArray
     v: FloatArray
     a: FloatArray
-    torque: Linearised
-    passive_torque: Linearised
-    muscle_torque: Linearised
+    tree: TreeMotion
+    torques: Torques
     ground: GroundReaction
     feet: tuple[FootMotion, FootMotion]
     head: FloatArray
     lean: Lean | None = None
 
+    @property
+    def dynamics(self) -> InverseDynamics:
+        """Without ground reaction."""
+        return self.torques.dynamics
 
-class OfTorques(NamedTuple):
-    """Second derivatives by the torques of the joints of K instants and by what goes with them.
+    @property
+    def torque(self) -> FloatArray:
+        """Joint torques (K, 55) with the ground reaction: what muscles and tissues give together.
 
-    Attributes
-    ----------
-    partials : (K, 49, 165) array
-        J, of the torques in q, v, a.
-    second, onward, by_velocity : (K, 49) array
-        Second derivatives by a torque twice, by it and the same one at the next instant, by it and
-        the velocity of its joint (`Adjoint`).
-    """
-
-    partials: FloatArray
-    second: FloatArray
-    onward: FloatArray
-    by_velocity: FloatArray
-
-    def dense(self) -> FloatArray:
-        """Return those at single instants as matrices (K, 165, 165), J^T w J + J^T c V + V^T c J.
-
-        V are the partials of the velocities.
+        [N m]; those of the global DOF vanish.
         """
-        J = self.partials
-        half = (self.second[..., None] / 2.0) * J
-        half[:, np.arange(len(JOINTS)), N_DOF + JOINTS] += self.by_velocity
-        found = J.swapaxes(1, 2) @ half
-        return np.asarray(found + found.swapaxes(1, 2))
+        return self.torques.joint
+
+    @property
+    def passive_torque(self) -> FloatArray:
+        """What tissues give of it (K, 55), [N m]."""
+        return self.torques.passive.value
+
+    @property
+    def muscle_torque(self) -> FloatArray:
+        """The part that the muscles give (K, 55), [N m]."""
+        return self.torques.muscle
+
+    @cached_property
+    def muscles(self) -> MusclePartials:
+        """Partials of the torques of the muscles, in parts."""
+        return MusclePartials.of(self.torques, self.ground.variables.partials)
+
+    @cached_property
+    def muscle_partials(self) -> FloatArray:
+        """Partials of the torques of the muscles (K, 55, 165) in q, v, a."""
+        return self.muscles.dense()
 
 
 @dataclass(frozen=True)
 class SecondDerivatives:
     """Second derivatives of a weighted sum at K instants, in q, v, a, in parts.
 
-    At each instant they are direct + those by the torques + B^T C + C^T B; between an instant k and
-    the next one those by the torques, D_k^T E_k+1 and its transpose.
+    At each instant they are those of the tree, own ones and blocks of the adjoint, and with the
+    partials J of the torques of muscles, V of the velocities of joints and y' of the variables of
+    the ground
+
+        J^T w J + J^T c V + V^T c J + y'^T M y' + y'^T R + R^T y',
+
+    w, c and M being those of the adjoint, and B^T C + C^T B; between an instant and the next one
+    those by torques and velocities (`Adjoint`).
 
     Attributes
     ----------
-    direct : StateHessian
-    torques : OfTorques
-    left, right : (K, r, 165) array
-        B and C, for products with the variables of the ground and of own terms.
-    pairs : list of two (K, r, 165) arrays
-        D and E, for products with what is at the next instant (`Adjoint.pairs`).
+    tree : TreeHessian
+    muscles : MusclePartials
+    adjoint : Adjoint
+    ground : (K, n, 20) array
+        R, by q of `LOWER`.
+    lean : LeanHessian or None
     """
 
-    direct: StateHessian
-    torques: OfTorques
-    left: FloatArray
-    right: FloatArray
-    pairs: Sequence[tuple[FloatArray, FloatArray]] = ()
+    tree: TreeHessian
+    muscles: MusclePartials
+    adjoint: Adjoint
+    ground: FloatArray
+    lean: LeanHessian | None
 
     def dense(self) -> FloatArray:
         """Return those at the instants as matrices (K, 165, 165)."""
-        mixed = self.left.swapaxes(1, 2) @ self.right
-        return self.direct.dense() + self.torques.dense() + mixed + mixed.swapaxes(1, 2)
+        adjoint, J, y = self.adjoint, self.muscles.dense(), self.muscles.ground
+        half = J * (adjoint.torque_second[..., None] / 2.0)
+        half[:, _DOF, N_DOF + _DOF] += adjoint.torque_velocity
+        right = adjoint.ground_second @ y / 2.0
+        right[:, :, LOWER] += self.ground
+        found = J.swapaxes(1, 2) @ half + y.swapaxes(1, 2) @ right
+        by_state = found.reshape(len(found), 3, N_DOF, 3, N_DOF)
+        for dofs, B, C in adjoint.products:
+            by_state[:, :, dofs[:, None, None], :, dofs] += np.einsum("krox,krpy->xykop", B, C)
+        if self.lean:
+            k, by_posture, by_ground = self.lean[:3]
+            s = by_ground @ y[k]
+            s[..., LOWER] += by_posture
+            found[k] += s.swapaxes(1, 2) @ J[k, LEG_JOINTS]
+        found += found.swapaxes(1, 2).copy()
+        for block in adjoint.blocks:
+            block.add_to(by_state)
+        for i, j in np.ndindex(2, 2):
+            by_state[:, i, _DOF, j, _DOF] += adjoint.own[:, i + j]
+        return np.asarray(self.tree.dense() + found)
 
 
 class Walker:
@@ -146,10 +169,11 @@ class Walker:
     """
 
     def __init__(self, scenario: Scenario, dynamics: str = "pinocchio") -> None:
+        self.scenario, self._engine = scenario, dynamics
         self.body = make_body(scenario.subject, scenario.load)
         self.plan = ContactPlan(scenario, self.body)
         self._dynamics = make_dynamics(self.body, dynamics)
-        self._curvature = TreeCurvature(self.body.table, self.body.pseudo_inertia())
+        self._tree = Tree(self.body.table, self.body.pseudo_inertia())
         self._feet = Feet(self.body, scenario.ground.ball)
         self._carried = CarriedForce(self.body) if scenario.load.model == "force" else None
         standing = self._dynamics.inverse(*np.zeros((3, 1, N_DOF)))
@@ -158,24 +182,51 @@ class Walker:
         kind = scenario.objective.passive_torques
         self._passive = None if kind == "none" else PassiveJoints(kind)
 
+    def moved_to(self, scenario: Scenario) -> Walker:
+        """Return the walker of another scenario: of the same body only the plan is another.
+
+        Walkers of one body share what its dynamics is computed in, so that they belong to one
+        thread.
+        """
+        if any(getattr(scenario, name) != getattr(self.scenario, name) for name in _OF_BODY):
+            return Walker(scenario, self._engine)
+        walker = copy(self)
+        walker.scenario, walker.plan = scenario, ContactPlan(scenario, self.body)
+        return walker
+
     def at(self, t: FloatArray, q: FloatArray, v: FloatArray, a: FloatArray) -> Instants:
         """Return what is known at the times t (K,) in [0, T] of the motion q, v, a (K, 55)."""
         dynamics = self._dynamics.inverse(q, v, a)
+        tree = self._tree.first(dynamics, v, a)
+        wrench = tree.wrench
         if self._carried:
-            dynamics = self._carried.added(dynamics, q)
-        ground = ground_reaction(dynamics, self.plan, t)
-        torque, lean = joint_torques(dynamics, ground), None
+            dynamics, wrench = self._carried.added(dynamics, wrench)
+        ground = ground_reaction(wrench, self.plan, t)
         passive = self._passive.torque(q, v) if self._passive else no_torque(q)
-        muscle_torque = torque - passive
+        joint, lean = joint_torques(dynamics, ground.on_links), None
+        torques = Torques(dynamics, ground.on_links, passive, joint, joint - passive.value)
         if self.plan.least_effort:
-            lean = least_effort(dynamics, self.plan, t, ground, muscle_torque, self._weights)
+            lean = least_effort(torques, self.plan, t, ground, self._weights)
             ground = lean.leaning(ground)
-            lean.add_to(torque)
-            lean.add_to(muscle_torque)
+            for torque in (torques.joint, torques.muscle):
+                lean.add_to(torque)
+            torques = replace(torques, on_links=ground.on_links)
         feet = self._feet.motion(dynamics, v)
         head = dynamics.link_poses[:, _HEAD, :3, :3] @ self._upright.T
-        torques = torque, passive, muscle_torque
-        return Instants(t, dynamics, q, v, a, *torques, ground, feet, head, lean)
+        return Instants(t, q, v, a, tree, torques, ground, feet, head, lean)
+
+    def gradient(self, now: Instants, adjoint: Adjoint) -> FloatArray:
+        """Return the gradient (K, 165) of a weighted sum in q, v, a; contacts are left out."""
+        weights = adjoint.torque.copy()
+        weights[:, ROOT] = 0.0  # the global DOF have no torque, whatever the motion
+        by_state, by_ground = now.torques.gradient(weights)
+        by_state += adjoint.state
+        for into, by in zip((0, 1), now.torques.passive.gradient(adjoint.passive), strict=True):
+            by_state[:, into] += by
+        by_ground += adjoint.ground
+        found = by_state.reshape(len(now.t), -1)
+        found += (by_ground[:, None] @ now.ground.variables.partials)[:, 0]
+        return found
 
     def second_derivatives(self, now: Instants, adjoint: Adjoint) -> SecondDerivatives:
         """Return the second derivatives of a weighted sum in q, v, a.
@@ -183,49 +234,26 @@ class Walker:
         The chain rule: second derivatives of what the sum is made of, with the adjoint for weights,
         and products of first ones. The adjoint is used up.
         """
-        adjoint.torque[:, ROOT] = 0.0  # the global DOF have no torque, whatever the motion
-        dynamics = now.dynamics
-        lean = now.lean
-        of_lean = lean.second_derivatives(dynamics, now.muscle_torque, adjoint) if lean else None
-        own, mixed = add_torques_to_adjoint(dynamics.axes, now.ground.on_links, adjoint)
+        adjoint.torque[:, ROOT] = 0.0
+        axes, lean = now.dynamics.axes, now.lean
+        of_lean = lean.second_derivatives(axes, now.muscle_torque, adjoint) if lean else None
+        own, ground = add_torques_to_adjoint(axes, now.ground.on_links, adjoint)
         weights = adjoint.torque, adjoint.ground[:, :6]
-        qq, qv, qa, vv = self._curvature.hessian((now.q, now.v, now.a), dynamics.axes, *weights)
-        qq += own + adjoint.posture_second
-        qv += adjoint.posture_velocity
-        if self._passive:
-            qq += self._passive.hessian(now.q, adjoint.passive - adjoint.torque)
-        if self._carried:
-            qq += self._carried.hessian(now.q, dynamics.axes, *weights)
-        for f, chain in enumerate(CHAINS):
-            weights = adjoint.position[:, f], adjoint.velocity[:, f]
-            by_qq, by_qv = self._feet.hessian(dynamics, now.feet[f], now.v, f, *weights)
-            qq[:, chain[:, None], chain] += by_qq
-            qv[:, chain[:, None], chain] += by_qv
-        vv[:, _DOF, _DOF] += adjoint.velocity_second
-        hessian = StateHessian(qq, qv, qa, vv)
-        if adjoint.passive_second.any():
-            _add_passive(now, adjoint.passive_second, hessian)
-        y = now.ground.variables.partials
-        half = adjoint.ground_second @ y / 2
-        half[:, :, :N_DOF] += mixed.swapaxes(1, 2)
+        lower = np.zeros((3, *own.shape))  # by q twice, q and v, v twice
+        lower[0] += own
         if of_lean:
-            of_lean.add_to(half, hessian)
-        left = np.concatenate([half, *(B for B, _ in adjoint.products)], axis=1)
-        right = np.concatenate([y, *(C for _, C in adjoint.products)], axis=1)
-        by = adjoint.torque_second, adjoint.torque_next, adjoint.torque_velocity
-        J = now.muscle_torque.partials[:, JOINTS]
-        torques = OfTorques(J, *(weights[:, JOINTS] for weights in by))
-        return SecondDerivatives(hessian, torques, left, right, adjoint.pairs)
-
-
-def _add_passive(now: Instants, weights: FloatArray, hessian: StateHessian) -> None:
-    """Add the second derivatives J^T w J of squares of the torques of tissues.
-
-    They depend on the postures of a few joints, and each on the velocity of its own joint alone.
-    """
-    by_q, by_v, _ = np.split(now.passive_torque.partials, 3, axis=2)
-    damping = by_v[:, _DOF, _DOF]
-    weighted = by_q.swapaxes(1, 2) * weights[:, None]
-    hessian.qq[:] += weighted @ by_q
-    hessian.qv[:] += weighted * damping[:, None]
-    hessian.vv[:, _DOF, _DOF] += weights * damping**2
+            lower[0, of_lean.k] += of_lean.second
+            ground[of_lean.k] += of_lean.mixed
+        now.torques.passive.add_squares(adjoint.passive_second, adjoint.own, lower)
+        if self._passive:
+            self._passive.add_hessian(now.q, adjoint.passive - adjoint.torque, lower[0])
+        contacts = (
+            *(adjoint.contact_position, adjoint.contact_velocity),
+            *(adjoint.contact_position_second, adjoint.contact_velocity_second),
+        )
+        self._feet.add_hessian(axes, now.v, now.feet, contacts, [*lower])
+        adjoint.blocks.append(Block(_DOF[LOWER], *lower))
+        if self._carried:
+            adjoint.blocks.append(Block(_DOF, self._carried.hessian(now.dynamics, *weights)))
+        tree = self._tree.second(now.tree, *weights)
+        return SecondDerivatives(tree, now.muscles, adjoint, ground, of_lean)

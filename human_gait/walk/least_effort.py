@@ -32,29 +32,22 @@ import numpy as np
 
 from human_gait.arrays import FloatArray, IntArray
 from human_gait.body.skeleton import N_DOF
-from human_gait.dynamics.inverse_dynamics import (
-    CHAINS,
-    ROOT,
-    InverseDynamics,
-    load_torques,
-    load_torques_dq,
-)
-from human_gait.dynamics.jet import Jet, Linearised, stack
-from human_gait.dynamics.second_derivatives import StateHessian
+from human_gait.dynamics.inverse_dynamics import InverseDynamics
+from human_gait.dynamics.jet import Jet, Linearised, joined, stack
 from human_gait.walk.adjoint import Adjoint
-from human_gait.walk.contact_plan import LEFT, RIGHT, ContactPlan
+from human_gait.walk.contact_plan import ContactPlan
 from human_gait.walk.ground_reaction import (
-    LOADED,
+    LEG_JOINTS,
+    LOWER,
     GroundReaction,
-    OnLinks,
     add_torques_to_adjoint,
     directed,
+    load_partials,
+    load_torques,
     on_foot,
     with_lean,
 )
-
-LEGS = np.concatenate([chain[len(ROOT) :] for chain in CHAINS])
-"""Indices of the 14 joints of the legs, right then left."""
+from human_gait.walk.muscles import Torques
 
 _LEAN = 6  # its place among the variables of the ground
 _HOLD = 0.3  # sqrt(r) in weight times the square of the step length
@@ -68,45 +61,41 @@ class UnitPair:
     ----------
     on_feet : tuple of two Jet (n, 6), [N m], [N m^2]
         Wrenches on the right and on the left foot, about the world's origin.
-    on_links : tuple of two pairs of Jet (n, 6)
+    on_links : Jet (n, 2, 2, 6)
         The same on rear foot and toes.
-    torque : Linearised (n, 14), [N m^2]
+    torque : (n, 14) array, [N m^2]
         s, of the joints of the legs.
-    by_ground, by_posture : (n, 14, 7) and (n, 14, 55) array
-        Partials of s by the variables of the ground, and by q where the axes of joints move.
+    by_posture, by_ground : (n, 14, 20) and (n, 14, 7) array
+        Partials of s by q, where the axes of joints move, and by the variables of the ground.
     """
 
     on_feet: tuple[Jet, Jet]
-    on_links: OnLinks
-    torque: Linearised
-    by_ground: FloatArray
+    on_links: Jet
+    torque: FloatArray
     by_posture: FloatArray
+    by_ground: FloatArray
 
 
 class LeanHessian(NamedTuple):
-    """Second derivatives B^T C + C^T B in q, v, a at n instants.
+    """Second derivatives s'^T c tau' + its transpose at n instants, and others by the posture.
 
     Attributes
     ----------
     k : (n,) int array
         The instants.
-    left : (n, 7, 165) array
-        B where C are the partials of the variables of the ground.
-    by_posture : (n, 55, 165) array
-        B where C are those of q.
+    by_posture, by_ground : (n, 14, 20) and (n, 14, 7) array
+        Those of s, times c.
+    second : (n, 20, 20) array
+        Second derivatives by q.
+    mixed : (n, 7, 20) array
+        Second derivatives by the variables of the ground and q.
     """
 
     k: IntArray
-    left: FloatArray
     by_posture: FloatArray
-
-    def add_to(self, left: FloatArray, direct: StateHessian) -> None:
-        """Add to the B (K, 7, 165) of all instants and to their direct second derivatives."""
-        by_q, by_v, by_a = np.split(self.by_posture, 3, axis=2)
-        left[self.k] += self.left
-        direct.qq[self.k] += by_q + by_q.swapaxes(1, 2)
-        direct.qv[self.k] += by_v
-        direct.qa[self.k] += by_a
+    by_ground: FloatArray
+    second: FloatArray
+    mixed: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,91 +126,83 @@ class Lean:
         K, S = len(ground.variables.value), ground.variables.partials.shape[-1]
         lean = Linearised(np.zeros(K), np.zeros((K, S)))
         lean.value[self.k], lean.partials[self.k] = self.more.value, self.more.partials
-        pair = self.pair
-        feet = zip(ground.wrenches, pair.on_feet, strict=True)
-        links = zip(ground.on_links, pair.on_links, strict=True)
-        wrenches = tuple(self._leaning(*foot) for foot in feet)
-        on_links = tuple(
-            tuple(self._leaning(*link) for link in zip(*foot, strict=True)) for foot in links
-        )
+        pairs = zip(ground.wrenches, self.pair.on_feet, strict=True)
+        wrenches = tuple(self._leaning(*pair) for pair in pairs)
+        on_links = self._leaning(ground.on_links, self.pair.on_links)
         variables = with_lean(ground.variables, lean)
         return replace(ground, variables=variables, wrenches=wrenches, on_links=on_links)  # type: ignore[arg-type]
 
     def _leaning(self, wrench: Jet, unit: Jet) -> Jet:
-        """Return a wrench (K, 6) and the unit pair's (n, 6) times the lean."""
+        """Return wrenches (K, ..., 6) and the unit pair's (n, ..., 6) times the lean."""
         variables = np.zeros((len(self.k), _LEAN + 1))
         variables[:, _LEAN] = self.more.value
-        added = unit * Jet.variables(variables)[:, _LEAN:]
+        lean = Jet.variables(variables)[:, _LEAN]
+        added = unit * lean.reshaped(*[1] * (unit.value.ndim - 1))
         value, partials, second = wrench.value.copy(), wrench.partials.copy(), wrench.second.copy()
         value[self.k] += added.value
         partials[self.k] += added.partials
         second[self.k] += added.second
         return Jet(value, partials, second)
 
-    def add_to(self, torque: Linearised) -> None:
+    def add_to(self, torque: FloatArray) -> None:
         """Add s (g - g_0) to torques (K, 55), in place: those of g_0 become those of g."""
-        on, s, more = np.ix_(self.k, LEGS), self.pair.torque, self.more
-        torque.value[on] += s.value * more.value[:, None]
-        partials = s.partials * more.value[:, None, None]
-        partials += s.value[..., None] * more.partials[:, None]
-        torque.partials[on] += partials
+        torque[self.k, LEG_JOINTS] += self.pair.torque * self.more.value[:, None]
 
     def second_derivatives(
-        self, dynamics: InverseDynamics, muscles: Linearised, adjoint: Adjoint
+        self, axes: FloatArray, torque: FloatArray, adjoint: Adjoint
     ) -> LeanHessian:
         """Take account of g'' in a weighted sum, all of whose weights are in the adjoint.
 
-        What is owed to torques and wrench is added to the adjoint, the rest is returned.
+        What is owed to torques and wrench is added to the adjoint, the rest is returned. `torque`
+        (K, 55) are those of the muscles.
         """
-        pair, on = self.pair, np.ix_(self.k, LEGS)
-        s = pair.torque.value
-        owed = adjoint.ground[self.k, _LEAN] + np.sum(adjoint.torque[on] * s, axis=1)
+        pair, k = self.pair, self.k
+        s, weights = pair.torque, adjoint.torque[k, LEG_JOINTS]
+        owed = adjoint.ground[k, _LEAN] + np.sum(weights * s, axis=1)
         c = -(owed / self.stiffness)[:, None] * self.weights
-        adjoint.torque[on] += c * s  # s_i tau_i''
-        of_s = Adjoint.none(*adjoint.ground[self.k].shape)
-        of_s.torque[:, LEGS] = c * muscles.value[on]  # tau_i s_i''
-        axes = dynamics.axes[self.k]
-        second, mixed = add_torques_to_adjoint(axes, pair.on_links, of_s)
-        adjoint.ground[self.k] += of_s.ground
-        adjoint.ground_second[self.k] += of_s.ground_second
-        tau_dx = c[..., None] * muscles.partials[on]  # s_i' x tau_i'
-        left = pair.by_ground.swapaxes(1, 2) @ tau_dx
-        by_posture = pair.by_posture.swapaxes(1, 2) @ tau_dx
-        left[..., :N_DOF] += mixed.swapaxes(1, 2)
-        by_posture[..., :N_DOF] += second / 2
-        return LeanHessian(self.k, left, by_posture)
+        adjoint.torque[k, LEG_JOINTS] += c * s  # s_i tau_i''
+        of_s = Adjoint.none(*adjoint.ground[k].shape)
+        of_s.torque[:, LEG_JOINTS] = c * torque[k, LEG_JOINTS]  # tau_i s_i''
+        second, mixed = add_torques_to_adjoint(axes[k], pair.on_links, of_s)
+        adjoint.ground[k] += of_s.ground
+        adjoint.ground_second[k] += of_s.ground_second
+        by_posture, by_ground = (c[..., None] * by for by in (pair.by_posture, pair.by_ground))
+        return LeanHessian(k, by_posture, by_ground, second, mixed)  # s_i' x tau_i'
 
 
 def least_effort(
-    dynamics: InverseDynamics,
+    torques: Torques,
     plan: ContactPlan,
     times: FloatArray,
     ground: GroundReaction,
-    muscles: Linearised,
     weights: FloatArray,
 ) -> Lean:
     """Return the lean that takes the muscles of the legs least.
 
     Parameters
     ----------
+    torques : Torques
+        Those of the muscles are tau_0.
     times : (K,) array, [s]
     ground : GroundReaction
         For g_0.
-    muscles : Linearised (K, 55), [N m]
-        tau_0.
     weights : (55,) array
         Of squared torques.
     """
-    k = np.flatnonzero(plan.double_support(times))
-    pair = unit_pair(dynamics, plan, times, ground, k)
-    tau_0, w = muscles[np.ix_(k, LEGS)], weights[LEGS]
-    s, s_dx = pair.torque.value, pair.torque.partials
+    k = np.flatnonzero(plan.support(times).both)
+    pair = unit_pair(torques.dynamics, plan, times, ground, k)
+    tau_0, w, s = torques.muscle[k, LEG_JOINTS], weights[LEG_JOINTS], pair.torque
     D = np.sum(w * s**2, axis=1) + (_HOLD * plan.weight * plan.walk.step_length**2) ** 2
-    more = -np.sum(w * s * tau_0.value, axis=1) / D
-    lent = s * more[:, None]
-    by_state = ((w * (tau_0.value + 2.0 * lent))[:, None] @ s_dx)[:, 0]
-    by_state += ((w * s)[:, None] @ tau_0.partials)[:, 0]
-    return Lean(k, Linearised(more, -by_state / D[:, None]), pair, w, D)
+    more = -np.sum(w * s * tau_0, axis=1) / D
+    by_torque = np.zeros((len(k), N_DOF))
+    by_torque[:, LEG_JOINTS] = w * s
+    by_s = (w * (tau_0 + 2.0 * s * more[:, None]))[:, None]
+    by_state, by_ground = torques.at(k).gradient(by_torque)
+    by_state[:, 0, LOWER] += (by_s @ pair.by_posture)[:, 0]
+    by_ground += (by_s @ pair.by_ground)[:, 0]
+    by_ground = (by_ground[:, None] @ ground.variables.partials[k])[:, 0]
+    slope = by_state.reshape(len(k), 3 * N_DOF) + by_ground
+    return Lean(k, Linearised(more, -slope / D[:, None]), pair, w, D)
 
 
 def unit_pair(
@@ -232,19 +213,19 @@ def unit_pair(
     k: IntArray,
 ) -> UnitPair:
     """Return what a lean of 1/m does at the instants k."""
-    A, B = (point[:, [0, 2]] for point in plan.transfer_points(times[k]))
+    _, A, B = (part[k] for part in plan.support(times))
     l2 = ground.leading_share[k]
     per_length = l2 * (1.0 - l2) * ground.force[k, 1]
     on_feet = tuple(
         _push(directed(per_length, line), pressure[k])
         for line, pressure in zip((B - A, A - B), ground.pressure, strict=True)
     )
-    toes = (share[k] for share in ground.toe_share)
-    on_links = tuple(on_foot(*pair) for pair in zip(on_feet, toes, strict=True))
-    s, by_ground, by_posture = _torques(dynamics.axes[k], on_links)  # type: ignore[arg-type]
-    partials = by_ground @ ground.variables.partials[k]
-    partials[..., :N_DOF] += by_posture
-    return UnitPair(on_feet, on_links, Linearised(s, partials), by_ground, by_posture)  # type: ignore[arg-type]
+    toes = (ground.toe_share[k, f] for f in range(2))
+    of_feet = (on_foot(*pair) for pair in zip(on_feet, toes, strict=True))
+    on_links = joined([link for foot in of_feet for link in foot]).reshaped(2, 2, 6)
+    axes = dynamics.axes[k]
+    s = load_torques(axes, on_links)[:, LEG_JOINTS]
+    return UnitPair(on_feet, on_links, s, *load_partials(axes, on_links))  # type: ignore[arg-type]
 
 
 def _push(h: Jet, pressure: Jet) -> Jet:
@@ -252,16 +233,3 @@ def _push(h: Jet, pressure: Jet) -> Jet:
     none = 0.0 * h[:, 0]
     turning = pressure[:, 1] * h[:, 0] - pressure[:, 0] * h[:, 1]
     return stack([h[:, 0], none, h[:, 1], none, turning, none])
-
-
-def _torques(axes: FloatArray, on_links: OnLinks) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return -S_i^T W of the joints of the legs (n, 14), and its partials by ground and posture."""
-    n, y = len(axes), on_links[0][0].partials.shape[-1]
-    s, by_ground, by_posture = (np.zeros((n, N_DOF, *last)) for last in ((), (y,), (N_DOF,)))
-    for f in (RIGHT, LEFT):
-        for unit, joints in zip(on_links[f], LOADED[f], strict=True):
-            S = axes[:, :, joints]
-            s[:, joints] -= load_torques(S, unit.value)
-            by_ground[:, joints] -= S.swapaxes(1, 2) @ unit.partials
-            by_posture[:, joints[:, None], joints] -= load_torques_dq(S, unit.value)
-    return s[:, LEGS], by_ground[:, LEGS], by_posture[:, LEGS]

@@ -118,6 +118,7 @@ class Limbs:
         self._ends = np.cumsum([len(found.beads.link), len(found.capsules.link)])
         self._number = found.bead * len(found.capsules.link) + found.capsule
         self._vv = np.square(found.capsules.along).sum(axis=1)[found.capsule]
+        self._per_vv = 1.0 / self._vv
         reach = found.beads.radius[found.bead] + found.capsules.radius[found.capsule]
         s, _ = self._distances(*self._placed(_poses_at_rest(body)))
         self.at_rest = np.full(len(PAIRS), -gap)
@@ -228,12 +229,19 @@ class Limbs:
         With r = x - p the nearest point is at t = r.v / v.v, |x - y|^2 = r.r - t (2 r.v - t v.v).
         """
         xx, pp, pv = ((one * other).sum(axis=2) for one, other in ((x, x), (p, p), (p, v)))
-        of_p = xx[:, :, None] + pp[:, None] - 2.0 * (x @ p.swapaxes(1, 2))
-        of_v = x @ v.swapaxes(1, 2) - pv[:, None]
-        rr, rv = (of.reshape(len(x), -1).take(self._number, axis=1) for of in (of_p, of_v))
-        t = np.clip(rv / self._vv, 0.0, 1.0)
-        squared = rr - t * (2.0 * rv - t * self._vv)
-        return np.sqrt(np.maximum(squared, 0.0) + _ROUNDED**2), t
+        beads = np.stack([*np.moveaxis(x, 2, 0), np.ones_like(xx), xx], axis=2)
+        # r.r = x.x + p.p - 2 x.p and r.v = x.v - p.v as products of these with
+        by_p = np.stack([*np.moveaxis(-2.0 * p, 2, 0), pp, np.ones_like(pp)], axis=1)
+        by_v = np.stack([*np.moveaxis(v, 2, 0), -pv, np.zeros_like(pv)], axis=1)
+        rr, rv = ((beads @ by).reshape(len(x), -1)[:, self._number] for by in (by_p, by_v))
+        t = rv * self._per_vv
+        np.clip(t, 0.0, 1.0, out=t)
+        rv *= 2.0
+        rv -= t * self._vv
+        rr -= t * rv
+        np.maximum(rr, 0.0, out=rr)
+        rr += _ROUNDED**2
+        return np.sqrt(rr, out=rr), t
 
 
 def _places(found: Meetings) -> FloatArray:
