@@ -64,7 +64,7 @@ $(RUN): pyproject.toml $(CONSTRAINTS) human_gait/kernel/kernel.cpp .ci/build_ker
 	    "$$python" -m venv --clear .venv; }
 	$(call install,.,what the commands need (1.6 GB))
 	@test -e human_gait/kernel/kernel.library || \
-	    echo "setup: no C++ compiler was found: everything works, but solving takes longer"
+	    echo "setup: no kernel was built, for want of a C++ compiler: solving takes longer"
 
 $(TEST): $(RUN)
 	$(call install,.[test],the tools of the tests (0.8 GB more))

@@ -1,7 +1,7 @@
 """Build the compiled kernel with the package, where there is a C++ compiler.
 
-Hatchling calls the hook. Without a compiler the package is the same, but slower; what is built is
-for this processor. `.ci/build_wheel` builds for all that have AVX2.
+Hatchling calls the hook. Without a compiler the package is the same, but slower. What is built runs
+on every x86-64 processor that has AVX2; others leave it out.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import os
 import shlex
 import shutil
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 SOURCE, LIBRARY = "human_gait/kernel/kernel.cpp", "human_gait/kernel/kernel.library"
 FLAGS = ["-O3", "-ffp-contract=fast", "-fno-math-errno", "-fPIC", "-shared", "-Wall", "-Wextra"]
 COMPILERS = ("c++", "g++", "clang++")
+PROCESSORS = (["-march=x86-64-v3"], ["-mavx2", "-mfma"], [])
+"""What is compiled for, the first that works: `kernel_runs_here` asks for AVX2 and FMA alone."""
 
 
 class KernelHook(BuildHookInterface):
@@ -33,38 +36,37 @@ class KernelHook(BuildHookInterface):
             build_data["pure_python"] = False
             build_data["tag"] = f"py3-none-{_platform()}"
         else:
-            self.app.display_warning("no C++ compiler: the kernel is left out, solves take longer")
+            self.app.display_warning("the kernel is left out, solves take longer: no C++ compiler")
 
 
 def built(source: Path, library: Path) -> bool:
-    """Compile a library, unless it is newer than its source; return whether there is one."""
+    """Compile a library, unless it is there; return whether there is one."""
+    digest = hashlib.sha256(source.read_bytes()).hexdigest()  # `kernel` refuses another's
     given = os.environ.get("CXXFLAGS")
-    if not given and library.exists() and library.stat().st_mtime >= source.stat().st_mtime:
+    if not given and library.exists() and digest.encode() in library.read_bytes():
         return True
-    digest = hashlib.sha256(source.read_bytes()).hexdigest()  # `kernel` refuses that of another
     compiler = os.environ.get("CXX") or next(filter(shutil.which, COMPILERS), None)
     with tempfile.TemporaryDirectory(dir=library.parent) as folder:
         new = Path(folder, library.name)
-        for flags in [shlex.split(given)] if given else [["-march=native"], ["-mcpu=native"], []]:
-            if compiler and _compiled(
-                [*shlex.split(compiler), *_flags(digest), *flags], source, new
-            ):
+        for flags in [shlex.split(given)] if given else PROCESSORS:
+            command = [*FLAGS, f'-DKERNEL_SOURCE="{digest}"', *flags, "-o", str(new), str(source)]
+            if compiler and _compiled([*shlex.split(compiler), *command]):
                 new.replace(library)  # at once: others may be loading the old one
                 return True
     library.unlink(missing_ok=True)
     return False
 
 
-def _flags(digest: str) -> list[str]:
-    return [*FLAGS, f'-DKERNEL_SOURCE="{digest}"']
-
-
-def _compiled(command: list[str], source: Path, library: Path) -> bool:
+def _compiled(command: list[str]) -> bool:
+    """Run a compiler; what it complains of goes to standard error."""
     try:
-        arguments = [*command, "-o", str(library), str(source)]
-        return subprocess.run(arguments, check=False, capture_output=True).returncode == 0
-    except OSError:
+        done = subprocess.run(command, check=False, capture_output=True, text=True)
+    except OSError as error:
+        print(f"kernel: {command[0]}: {error}", file=sys.stderr)
         return False
+    if done.returncode:
+        print(f"kernel: {' '.join(command)}\n{done.stderr}", file=sys.stderr)
+    return done.returncode == 0
 
 
 def _platform() -> str:

@@ -107,7 +107,7 @@ def show_outcome(kept: Attempt, attempts: list[Attempt], folder: Path, gait: Gai
     _show_table(kept.checks)
     for line in headline(energy(gait)) if kept.success else ():
         screen().print(line, soft_wrap=True)
-    for line in _spread(kept, attempts):
+    for line in _spread(attempts):
         screen().print(line, soft_wrap=True)
     show(_verdict(kept, attempts, folder))
     if not kept.success:
@@ -170,14 +170,14 @@ def _check_table(checks: list[Check]) -> Table:
     return table
 
 
-def _spread(kept: Attempt, attempts: list[Attempt]) -> list[str]:
+def _spread(attempts: list[Attempt]) -> list[str]:
     """Return how far the costs of several walks differ, in one line; nothing of a single one."""
     found = spread(attempts)
     if found["walks"] < 2:
         return []
-    apart = f"their costs differ by {100 * found['cost_spread']:.2g} %"
-    kept_one = f"the cheapest is kept, from: {kept.start}"
-    return [f"{found['walks']} walks of {len(attempts)} starts: {apart}; {kept_one}"]
+    apart = 100 * (found["cost_spread"] or 0.0)
+    costs = f"their costs differ by {apart:.2g} %, the cheapest is kept"
+    return [f"{found['walks']} walks in {len(attempts)} attempts: {costs}"]
 
 
 def _verdict(kept: Attempt, attempts: list[Attempt], folder: Path) -> str:
@@ -191,6 +191,7 @@ def _verdict(kept: Attempt, attempts: list[Attempt], folder: Path) -> str:
         which = "the last one" if kept is attempts[-1] else "the best"
         said.append(f"{len(attempts)} starts, {which}: {kept.start}")
     over = under_way().over
-    said += [over] if over and over not in said and not kept.success else []
+    cut_short = not kept.success or len(attempts) > 1
+    said += [over] if over and over not in said and cut_short else []
     more = f" ({'; '.join(said)})" if said else ""
     return f"{solution.solver} {outcome} in {seconds:.1f} s{more}; result in {folder}"

@@ -273,7 +273,8 @@ def _write(folder: Path, kept: Attempt, attempts: list[Attempt], seed: int) -> G
         gait = save_found(kept, seed, new)
         save_multipliers(gait, new)
         run, digest = under_way(), gait_digest(gait)
-        ended = {"time_limit_s": run.limit, "ended_by": None if kept.success else run.over or None}
+        cut_short = not kept.success or len(attempts) > 1
+        ended = {"time_limit_s": run.limit, "ended_by": (run.over or None) if cut_short else None}
         write_json(new / SUMMARY, summary_content(kept, attempts, seed, gait) | ended, digest)
         with _not_needed(new / EXPLANATION, AGAIN):
             write_json(new / EXPLANATION, explanation_content(kept.program, kept.solution), digest)

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+from human_gait.dynamics.inverse_dynamics import ENGINES
 from human_gait.exceptions import ResultError
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.program import GaitProgram, build_program
@@ -25,7 +26,7 @@ KEPT = 100
 """Walks that are kept, of 40 kB each."""
 
 _NEAR = 0.1
-"""Distance (`Place`) within which a walk is a start: 0.3 m/s, 0.2 m of the step, 10 kg."""
+"""Distance (`Place`) within which a walk is a start: 0.2 m/s, 0.18 m of the step, 9 kg."""
 
 
 class _Kept(NamedTuple):
@@ -53,7 +54,12 @@ class Predictor:
     constraints : sequence of PathConstraint
         The same.
     keep : int
-        How many walks are kept; the oldest ones go.
+        How many walks are kept, at least one; the oldest ones go.
+
+    Raises
+    ------
+    ValueError
+        If there is no such dynamics, or nothing is to be kept.
     """
 
     def __init__(
@@ -64,6 +70,10 @@ class Predictor:
         constraints: Sequence[PathConstraint] = (),
         keep: int = KEPT,
     ) -> None:
+        if dynamics not in ENGINES:
+            raise ValueError(f"dynamics is {dynamics!r}, must be one of {', '.join(ENGINES)}")
+        if keep < 1:
+            raise ValueError(f"keep is {keep}, must be at least 1")
         self._own = dynamics, costs, constraints
         self._kept: deque[_Kept] = deque(maxlen=keep)
         self._program: GaitProgram | None = None

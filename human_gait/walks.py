@@ -75,9 +75,9 @@ def predict(  # noqa: PLR0913, options that are given by name
         A walk to start from, or the folder of its result: after a small change of the scenario it
         takes half a second. If that leads nowhere the usual starts follow.
     starts : int
-        How many starts to solve from once there is a walk: from walks beside it, then from random
-        ones. Of all walks the cheapest is kept; its `Gait.solution` tells how many ``walks`` there
-        are and their ``cost_spread``.
+        How many starts to solve from: the first one that leads to a walk, then walks beside that,
+        then random ones. Of all walks the cheapest is kept; its `Gait.solution` tells how many
+        ``walks`` there are and their ``cost_spread``.
     progress : bool or function
         True shows on the terminal how the solver proceeds; a function is given every `Iterate`.
     costs : sequence of RunningCost

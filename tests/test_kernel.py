@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+from copy import deepcopy
 from itertools import chain
 
 import numpy as np
@@ -291,7 +292,34 @@ def test_nothing_of_it_is_unused(walking, monkeypatch):
 
 def test_a_library_of_another_source_is_left_out(tmp_path, monkeypatch):
     """After a change of `kernel.cpp` it would be given other arguments than it takes."""
+    if kernel._loaded() is None:
+        pytest.skip("there is no kernel")
     other = tmp_path / "kernel.cpp"
     other.write_bytes(kernel.SOURCE.read_bytes() + b"// another")
     monkeypatch.setattr(kernel, "SOURCE", other)
     assert kernel._loaded() is None
+
+
+def test_the_seam_refuses_what_c_would_take_for_something_else():
+    run = kernel.function("dense")
+    if run is None:
+        pytest.skip("there is no kernel")
+    blocks = np.ones((3, 1, 2, 2))
+    with pytest.raises(TypeError, match="left out"):
+        run(3, 1, 2, None, into=(np.zeros((6, 6)),))
+    for wrong in (np.zeros((6, 6), dtype=np.float32), np.zeros((6, 12))[:, ::2]):
+        with pytest.raises(TypeError, match="doubles in C order"):
+            run(3, 1, 2, blocks, into=(wrong,))
+
+
+def test_a_copy_of_the_motion_of_a_tree_has_the_same_second_derivatives():
+    """Nothing that the kernel is given is found through a view."""
+    program = build_program(scenario())
+    now, tree = program.instants(program.guess()), program.functions.walker._tree
+    weights = np.ones((len(now.t), 55)), np.ones((len(now.t), 6))
+    for found, copied in zip(
+        tree.second(now.tree, *weights)[1:5],
+        tree.second(deepcopy(now.tree), *weights)[1:5],
+        strict=True,
+    ):
+        np.testing.assert_array_equal(found, copied)

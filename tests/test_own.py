@@ -441,3 +441,16 @@ def test_mistakes_in_a_cost_are_told_when_the_problem_is_built(name):
 def test_what_is_no_list_of_the_right_kind_is_refused(what, given):
     with pytest.raises(TypeError, match=f"{what} must be a list of"):
         build_program(TASKS["mirrored"], **{what: given})
+
+
+def test_a_gradient_asks_for_no_second_derivatives():
+    """Differences of a function's first ones would be a hundred calls."""
+    calls, program = [], build_program(scenario())
+
+    def counted(motion):
+        calls.append(len(motion.t))
+        return Rows(motion.q[:, :1], by_q=np.eye(55)[None, :1].repeat(len(motion.t), axis=0))
+
+    cost, free = RunningCost("angle", counted, squared=False), program.guess()
+    program.functions.gradient(free, [(cost.term(), 1.0)])
+    assert len(calls) == 1

@@ -230,3 +230,11 @@ def test_the_code_of_the_page_runs(tmp_path, monkeypatch, capsys):
     for piece in PAGE.read_text().split("```python\n")[1:]:
         exec(piece.split("```")[0], globals())
     assert "N^2 m^2 s" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"), [({"keep": 0}, "keep is 0"), ({"dynamics": "x"}, "'x'")]
+)
+def test_what_it_cannot_do_is_said_at_once(wrong, says):
+    with pytest.raises(ValueError, match=says):
+        hg.Predictor(**wrong)

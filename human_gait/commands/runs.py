@@ -51,7 +51,7 @@ def predict(  # noqa: PLR0913
         typer.Option(
             parser=starts_number,
             metavar="N",
-            help="Solve from N starts where one would do, and keep the cheapest walk.",
+            help="Solve from N starts instead of one, and keep the cheapest walk.",
         ),
     ] = 1,
     time_limit: TimeLimit = TIME_LIMIT,

@@ -225,13 +225,14 @@ class Tree:
         rates[..., :3] -= GRAVITY  # weight is the force of inertia of a frame that accelerates up
         poses = dynamics.link_poses[:, self._places]
         flat = np.concatenate(self._bodies_of(poses, by_path, rates), axis=-1)
-        bodies, carried = Carried.of(flat), Carried.of(self._sum @ flat)
+        sums = self._sum @ flat
+        carried = Carried.of(sums)
         by_a = cross_motion(rates, S) + cross_motion(by_path, b)
         m = self._carried_mass
         f_q = cross_force(S, carried.f) + _inertia(m, carried, by_a) + _gyration(carried, b)
         f_v = 2.0 * _inertia(m, carried, b) + _gyration(carried, S)
         moved = Moved(S, b, by_a, f_q, f_v, _inertia(m, carried, S))
-        return TreeMotion(moved, by_path, bodies, carried)
+        return TreeMotion(moved, by_path, flat, sums)
 
     def second(self, at: TreeMotion, by_torque: FloatArray, by_wrench: FloatArray) -> TreeHessian:
         """Return the second derivatives of lambda^T tau + mu^T F.
@@ -244,14 +245,15 @@ class Tree:
         by_wrench : (K, 6) array
             mu.
         """
-        S, b, carried = at.moved.S, at.moved.b, at.carried
+        S, b, carried = at.moved.S, at.moved.b, Carried.of(at.sums)
         if run := kernel.function("tree_second"):
             return self._second(run, at, by_torque, by_wrench)
         u = self._path @ (S * by_torque[..., None]) + by_wrench[:, None]
         by_u = cross_motion(u, S)
         u = u[:, self._bodies]
-        rate = _moment_rate(at.bodies, u)
-        on_bodies = _inertia(self._mass, at.bodies, u), _virtual_rate(at.bodies, u), rate
+        bodies = Carried.of(at.of_bodies)
+        rate = _moment_rate(bodies, u)
+        on_bodies = _inertia(self._mass, bodies, u), _virtual_rate(bodies, u), rate
         P, Q, rate = np.split(self._sum @ np.concatenate(on_bodies, axis=-1), [6, 9], axis=-1)
         P_q = cross_force(S, P) + _inertia(self._carried_mass, carried, by_u)
         Q_q = cross(S[..., 3:], Q) + _virtual_rate(carried, by_u) + _bent(P, rate, b)
@@ -267,7 +269,7 @@ class Tree:
         of_tree = K, n, self._parent, self._bodies, self._J, self._carried_mass, GRAVITY
         run(*of_tree, S, v, a, poses, into=(*found, bodies, carried))
         moved = Moved(S, b, by_a, f_q, f_v, f_a)
-        return TreeMotion(moved, by_path, Carried.of(bodies), Carried.of(carried))
+        return TreeMotion(moved, by_path, bodies, carried)
 
     def _second(
         self, run: Run, at: TreeMotion, by_torque: FloatArray, by_wrench: FloatArray
@@ -276,7 +278,7 @@ class Tree:
         K, n = len(by_torque), len(self._bodies)
         (by_u, P_q), (Q_q, Q_v) = np.zeros((2, K, N_DOF, 6)), np.zeros((2, K, N_DOF, 3))
         of_tree = K, n, self._parent, self._bodies, self._J, self._carried_mass
-        sums = at.bodies.h.base, at.carried.h.base
+        sums = at.of_bodies, at.sums
         weights, into = (by_torque, by_wrench), (by_u, P_q, Q_q, Q_v)
         run(*of_tree, at.moved.S, at.moved.b, *sums, *weights, into=into)
         return TreeHessian(at.moved, by_u, P_q, Q_q, Q_v, self.above)
@@ -302,22 +304,22 @@ class TreeMotion:
     moved : Moved
     v : (K, 55, 6) array
         Velocities of the links.
-    bodies : Carried (K, n, ...)
-        Of each body that has a mass.
-    carried : Carried (K, 55, ...)
+    of_bodies : (K, n, 33) array
+        The `Carried` of each body that has a mass.
+    sums : (K, 55, 33) array
         Of all that each joint carries.
     """
 
     moved: Moved
     v: FloatArray
-    bodies: Carried
-    carried: Carried
+    of_bodies: FloatArray
+    sums: FloatArray
 
     @property
     def wrench(self) -> Linearised:
         """F (K, 6) with partials (K, 6, 165)."""
         by = (x.swapaxes(1, 2) for x in (self.moved.f_q, self.moved.f_v, self.moved.f_a))
-        return Linearised(self.carried.f[:, 0], np.concatenate([*by], axis=2))
+        return Linearised(Carried.of(self.sums).f[:, 0], np.concatenate([*by], axis=2))
 
 
 def _inertia(m: FloatArray, of: Carried, x: FloatArray) -> FloatArray:

@@ -25,6 +25,10 @@ SWITCH = "HUMAN_GAIT_KERNEL"
 LIBRARY, SOURCE = (Path(__file__).with_name(f"kernel.{end}") for end in ("library", "cpp"))
 
 
+NONE = ctypes.c_void_p(None)
+"""An array that is left out, where a function allows it."""
+
+
 def _loaded() -> ctypes.CDLL | None:
     """Return the library; None if it is not built, or for another processor or version."""
     if os.environ.get(SWITCH) == "0":
@@ -32,16 +36,18 @@ def _loaded() -> ctypes.CDLL | None:
     try:
         library = ctypes.CDLL(str(LIBRARY))
         library.kernel_source.restype = ctypes.c_char_p
-        built_of = library.kernel_source().decode()
-    except (OSError, AttributeError):
+        right = library.kernel_source().decode() == digest(SOURCE)
+        if not right or not library.kernel_runs_here():
+            return None
+        library.use_blas(_dgemm())
+    except (OSError, AttributeError, KeyError, ValueError):  # another file, another scipy
         return None
-    if (
-        built_of != hashlib.sha256(SOURCE.read_bytes()).hexdigest()
-        or not library.kernel_runs_here()
-    ):
-        return None
-    library.use_blas(_dgemm())
     return library
+
+
+def digest(source: Path) -> str:
+    """Return what tells the source of a library."""
+    return hashlib.sha256(source.read_bytes()).hexdigest()
 
 
 def _dgemm() -> ctypes.c_void_p:
@@ -64,8 +70,8 @@ _kernel = {"library": _loaded()}
 def function(name: str) -> Callable[..., None] | None:
     """Return a function of the kernel; None if there is no kernel.
 
-    It takes integers and arrays, None for none, and `into`: arrays of doubles in C order that it
-    writes to.
+    It takes integers and arrays, `NONE` where one is left out, and `into`: arrays of doubles in C
+    order that it writes to.
     """
     library = _kernel["library"]
     if library is None:
@@ -74,9 +80,17 @@ def function(name: str) -> Callable[..., None] | None:
 
     def run(*arguments: Any, into: Sequence[FloatArray]) -> None:
         given = [_in_order(one) for one in arguments]  # as long as they are needed
+        for one in into:
+            if one.dtype != np.float64 or not one.flags.carray:
+                raise TypeError(f"{name} writes to arrays of doubles in C order")
         compiled(*(_address(one) for one in (*given, *into)))
 
     return run
+
+
+def optional(array: FloatArray | None) -> Any:
+    """Return an array, or what stands for none."""
+    return NONE if array is None else array
 
 
 @contextmanager
@@ -92,6 +106,8 @@ def without() -> Iterator[None]:
 
 def _in_order(one: Any) -> Any:
     """Return an argument as C reads it."""
+    if one is None:
+        raise TypeError("an array that is left out is kernel.NONE")
     if not isinstance(one, np.ndarray):
         return one
     return np.ascontiguousarray(one, dtype=np.float64 if one.dtype.kind == "f" else np.int32)

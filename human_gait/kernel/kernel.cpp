@@ -5,7 +5,7 @@
 // order, and hold K instants; what is added to, or written in part, is zero before.
 
 #include <algorithm>
-#include <cstdlib>
+#include <cstddef>
 
 using std::size_t;
 
@@ -510,9 +510,8 @@ void tree_on_points(int K, int n, const int *dofs, const double *N, const double
 // Half._add_products. left, right: (K, rows, 4, l), (K, rows, 4, r); first, gap: (K,)
 void add_products(int K, int rows, int l, const int *left_dofs, int r, const int *right_dofs,
                   const double *mask, const int *first, const int *gap, const double *left,
-                  const double *right, int reach, double *blocks) {
-    const double one = 1.0, none = 0.0;
-    double *T = static_cast<double *>(std::malloc(sizeof(double) * POINTS * l * POINTS * r));
+                  const double *right, int reach, double *blocks, double *T) {
+    const double one = 1.0, none = 0.0;  // T has room for a product
     for (int k = 0, end = 0; k < K; k = end) {
         for (end = k + 1; end < K && first[end] == first[k] && gap[end] == gap[k];) ++end;
         const size_t at = size_t(k) * rows * POINTS;
@@ -522,7 +521,6 @@ void add_products(int K, int rows, int l, const int *left_dofs, int r, const int
               T, &r4);
         fold(T, l, left_dofs, r, right_dofs, mask, first[k], gap[k], reach, blocks);
     }
-    std::free(T);
 }
 
 // Grid.onto_points, MusclePartials.on_points. rows: (K, all, 3, width), of which r from `begin` on

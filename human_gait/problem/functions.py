@@ -90,7 +90,8 @@ class WalkFunctions:
     def gradient(self, free: FloatArray, terms: Iterable[tuple[Term, float]]) -> FloatArray:
         """Return the gradient (m * 55,) of the sum of terms times factors, in one pass."""
         now = self.instants(free)
-        adjoint = Adjoint.none(*now.ground.variables.value.shape)
+        K, n = now.ground.variables.value.shape
+        adjoint = Adjoint.none(K, n, first_only=True)
         for term, factor in terms:
             term.add_to_adjoint(now, self.spacing, factor, adjoint)
         return self.transcription.gradient(self.walker.gradient(now, adjoint))

@@ -77,7 +77,20 @@ class Grid:
         K, r, _, c = rows.shape
         found = np.empty((K, r, POINTS, c))
         if run := kernel.function("onto_points"):
-            run(K, r, 0, r, c, c, np.arange(c), self.N, rows, None, None, into=(found,))
+            run(
+                K,
+                r,
+                0,
+                r,
+                c,
+                c,
+                np.arange(c),
+                self.N,
+                rows,
+                kernel.NONE,
+                kernel.NONE,
+                into=(found,),
+            )
             return found
         q, v, a = self.N[:, :, None, :, None]
         np.multiply(rows[:, :, None, 0], q, out=found)
@@ -166,8 +179,9 @@ class Half:
         (rows, L), (columns, R) = left, right
         K, r, _, n = L.shape
         if run := kernel.function("add_products"):
-            arguments = K, r, n, rows, len(columns), columns, mask, first, gap, L, R, self._reach
-            run(*arguments, into=(self.blocks,))
+            dofs = n, rows, len(columns), columns, kernel.optional(mask)
+            product = np.empty(POINTS**2 * n * len(columns))
+            run(K, r, *dofs, first, gap, L, R, self._reach, into=(self.blocks, product))
             return
         starts = np.flatnonzero(np.diff(first, prepend=-1) | np.diff(gap, prepend=-1))
         found = np.empty((len(starts), POINTS * n, POINTS * len(columns)))
@@ -209,8 +223,8 @@ class Half:
         """Add what stands in no product: N_i H_qq N_j / 2 + N_i H_qv N'_j + N'_i H_vv N'_j / 2."""
         N, first, (dofs, qq, qv, vv) = self._grid.N, self._grid.first, block
         if run := kernel.function("add_block"):
-            arguments = len(first), len(dofs), dofs, N, first, qq, qv, vv, self._reach
-            run(*arguments, into=(self.blocks,))
+            given = (kernel.optional(part) for part in (qq, qv, vv))
+            run(len(first), len(dofs), dofs, N, first, *given, self._reach, into=(self.blocks,))
             return
         q, v, _ = N
         by_block = (q / 2, q), (q, v), (v / 2, v)

@@ -136,15 +136,17 @@ class RunningCost(Value):
         self, now: Instants, spacing: FloatArray, factor: float, adjoint: Adjoint
     ) -> None:
         rows, spacing = _rows(self, _motion(now)), factor * spacing
-        if self.squared:  # Gauss and Newton: 2 w J^T J
-            J = _by_state(rows, now)
-            _add_products(self.weight * spacing[:, None, None] * J, J, adjoint)
         slopes = self._slopes(rows, spacing)
         for order, partial in enumerate(rows[1:4]):
             if partial is not None:
                 adjoint.state[:, order] += np.einsum("kr,kri->ki", slopes, partial)
         if rows.by_torque is not None:
             adjoint.torque[:] += np.einsum("kr,kri->ki", slopes, rows.by_torque)
+        if adjoint.first_only:
+            return
+        if self.squared:  # Gauss and Newton: 2 w J^T J
+            J = _by_state(rows, now)
+            _add_products(self.weight * spacing[:, None, None] * J, J, adjoint)
         if self.second or not self.squared:
             _add_second(self, now, slopes, adjoint)
 

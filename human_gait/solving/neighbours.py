@@ -48,10 +48,10 @@ class Neighbour(NamedTuple):
 
 
 NEIGHBOURS = (
-    Neighbour("there and back, by a longer step", "step_length", 1.05),
-    Neighbour("there and back, by a faster walk", "speed", 1.05),
-    Neighbour("there and back, by a shorter step", "step_length", 0.95),
-    Neighbour("there and back, by a slower walk", "speed", 0.95),
+    Neighbour("from a walk with a longer step", "step_length", 1.05),
+    Neighbour("from a faster walk", "speed", 1.05),
+    Neighbour("from a walk with a shorter step", "step_length", 0.95),
+    Neighbour("from a slower walk", "speed", 0.95),
 )
 
 

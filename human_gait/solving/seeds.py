@@ -40,6 +40,6 @@ def _within(number: int, what: str, least: int, most: int) -> int:
     if isinstance(given, bool) or not isinstance(given, Integral):
         raise TypeError(f"{what} is a whole number, not a {type(given).__name__}")
     if not least <= number <= most:
-        shown = str(number) if abs(number) < _SHOWN else what
-        raise ValueError(f"{shown} must be from {least} to {most}")
+        shown = f" is {number}," if abs(number) < _SHOWN else ""
+        raise ValueError(f"{what}{shown} must be from {least} to {most}")
     return int(number)

@@ -156,7 +156,7 @@ def climb(
     guess : (m * 55,) array, optional
         Free control points instead of the program's own guess on the first rungs.
     starts : int
-        How many starts that end in a walk, or follow the first that does.
+        How many to solve from: the first one that leads to a walk, and others after it.
 
     Returns
     -------

@@ -131,7 +131,9 @@ def spread(attempts: Sequence[Attempt]) -> dict[str, Any]:
     Local optima are different walks at different costs.
     """
     costs = [attempt.solution.cost for attempt in attempts if attempt.success]
-    return {"walks": len(costs), "cost_spread": max(costs) / min(costs) - 1.0 if costs else None}
+    least = min(costs, default=0.0)
+    apart = (max(costs) - least) / abs(least) if least else None
+    return {"walks": len(costs), "cost_spread": apart}
 
 
 def found_gait(kept: Attempt, seed: int, attempts: Sequence[Attempt] = ()) -> Gait:

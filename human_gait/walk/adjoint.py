@@ -80,6 +80,8 @@ class Adjoint:
         Second derivatives by q twice, q and v, v twice of single DOF, where they enter as they are.
     blocks : list of Block
         Those of some DOF.
+    first_only : bool
+        Whether nobody asks for second derivatives.
     products : list of (c,) int array and two (K, r, 3, c) arrays
         Some DOF, and rows B, C of second derivatives B^T C + C^T B in q, v, a of them.
     """
@@ -101,11 +103,12 @@ class Adjoint:
     contact_position_second: FloatArray
     contact_velocity_second: FloatArray
     own: FloatArray
+    first_only: bool = False
     blocks: list[Block] = field(default_factory=list)
     products: list[tuple[IntArray, FloatArray, FloatArray]] = field(default_factory=list)
 
     @classmethod
-    def none(cls, K: int, n: int) -> Adjoint:
+    def none(cls, K: int, n: int, first_only: bool = False) -> Adjoint:
         """Return an adjoint to add to, all zero, where the ground has n variables."""
         shapes = {
             **dict.fromkeys(("state", "own"), (3, N_DOF)),
@@ -115,7 +118,7 @@ class Adjoint:
             **dict.fromkeys(_OF_CONTACT, (2, 4, 3)),
         }
         zeros: dict[str, Any] = {name: np.zeros((K, *shape)) for name, shape in shapes.items()}
-        return cls(**zeros)
+        return cls(**zeros, first_only=first_only)
 
     @property
     def velocity_second(self) -> FloatArray:
