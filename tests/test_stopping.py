@@ -65,6 +65,13 @@ def cut_short(monkeypatch):
     return drawn
 
 
+def sent(number):
+    """Send a signal; its handler may run a little later where other threads run beside."""
+    signal.raise_signal(number)
+    for _ in range(500):
+        time.sleep(0.01)
+
+
 # --- what is heeded
 
 
@@ -72,7 +79,7 @@ def cut_short(monkeypatch):
 def test_every_signal_that_ends_a_job_interrupts_a_command_with_its_own_exit_code(
     number, monkeypatch, capsys
 ):
-    monkeypatch.setattr("human_gait.settings.listing", lambda: signal.raise_signal(number))
+    monkeypatch.setattr("human_gait.settings.listing", lambda: sent(number))
     assert cli.run(["settings"]) == 128 + number
     assert capsys.readouterr().err == "error: interrupted\n"
 
