@@ -12,7 +12,7 @@ from human_gait.dynamics.inverse_dynamics import ENGINES
 from human_gait.exceptions import ResultError
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.program import GaitProgram, build_program
-from human_gait.scenario import Scenario, load_scenario
+from human_gait.scenario import Scenario, scenario_of
 from human_gait.scenario.nearness import Place
 from human_gait.solving.estimate import estimated
 from human_gait.solving.seeds import checked_seed
@@ -98,7 +98,7 @@ class Predictor:
 
         Parameters and errors are those of `predict`; the solver is ``newton``.
         """
-        seed, task = checked_seed(seed), _task(scenario)
+        seed, task = checked_seed(seed), scenario_of(scenario)
         with running(checked_limit(time_limit)):
             program, near = self._problem(task), self._nearest(task)
             if near is not None:
@@ -121,7 +121,7 @@ class Predictor:
         ResultError
             If no walk that is kept is near.
         """
-        task = _task(scenario)
+        task = scenario_of(scenario)
         near = self._nearest(task)
         if near is None:
             raise ResultError(f"{task.name}: no walk is near enough to estimate it; predict one")
@@ -158,7 +158,3 @@ class Predictor:
         place = Place.of(task)
         near = min(reversed(self._kept), key=lambda kept: kept.place.distance(place), default=None)
         return near.gait if near and near.place.distance(place) <= _NEAR else None
-
-
-def _task(scenario: Scenario | str | Path) -> Scenario:
-    return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)

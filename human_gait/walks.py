@@ -23,7 +23,7 @@ from human_gait.results.ours import given_path, our_folder
 from human_gait.results.reading import read_json
 from human_gait.results.sealed import write_json
 from human_gait.results.shapes import FOUND
-from human_gait.scenario import Scenario, load_scenario
+from human_gait.scenario import Scenario, scenario_of
 from human_gait.solving.diagnosis import not_kept, suggestions
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.seeds import checked_seed, checked_starts
@@ -117,7 +117,7 @@ def predict(  # noqa: PLR0913, options that are given by name
     if solver not in SOLVERS:
         raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
     seed, starts = checked_seed(seed), checked_starts(starts)
-    task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    task = scenario_of(scenario)
     before = _walk_before(warm_from)
     with running(checked_limit(time_limit)):
         program = build_program(task, None, dynamics, costs, constraints)

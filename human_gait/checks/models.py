@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from human_gait.body.person import Body, make_body
 from human_gait.checks import engines
-from human_gait.scenario import Scenario, Subject, load_scenario
+from human_gait.scenario import Scenario, Subject, scenario_of
 from human_gait.walk.gait import Gait
 
 if TYPE_CHECKING:
@@ -72,5 +72,5 @@ def _body(who: Walker) -> Body:
         return who.body
     if isinstance(who, Subject):
         return make_body(who)
-    task = who if isinstance(who, Scenario) else load_scenario(who)
+    task = scenario_of(who)
     return make_body(task.subject, task.load)

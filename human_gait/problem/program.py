@@ -50,7 +50,7 @@ from human_gait.problem.residual import Constraint, Residual
 from human_gait.problem.term import Term
 from human_gait.problem.units import COST_SCALE, units
 from human_gait.problem.violation import Violation, worst_row
-from human_gait.scenario import Scenario, load_scenario
+from human_gait.scenario import Scenario, scenario_of
 from human_gait.scenario.schema import refuse
 from human_gait.walk.bspline import Basis
 from human_gait.walk.cycle import step_cycle
@@ -387,7 +387,7 @@ def build_program(
     TypeError
         If what is given as own costs or constraints are none.
     """
-    task = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    task = scenario_of(scenario)
     program = GaitProgram(task, basis, dynamics, costs, constraints)
     refuse([*refusals(task, program.functions.walker, program.basis)])
     tell_sparsity(program.torques.prog)

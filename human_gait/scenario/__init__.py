@@ -3,6 +3,7 @@
 from human_gait.scenario.files import (
     load_scenario,
     scenario_file,
+    scenario_of,
     shipped_scenarios,
 )
 from human_gait.scenario.limits import DofRange, Limits
@@ -28,5 +29,6 @@ __all__ = [
     "lawful_name",
     "load_scenario",
     "scenario_file",
+    "scenario_of",
     "shipped_scenarios",
 ]

@@ -59,6 +59,17 @@ def load_scenario(path: str | Path) -> Scenario:
         raise error.found_in(str(source)) from None
 
 
+def scenario_of(given: Scenario | str | Path) -> Scenario:
+    """Return a scenario that is given itself, or by its file or name.
+
+    Raises
+    ------
+    ScenarioError
+        As `load_scenario`.
+    """
+    return given if isinstance(given, Scenario) else load_scenario(given)
+
+
 def _hint(name: str) -> str:
     """Return what else could have been meant by the name of a scenario."""
     if _is_file(Path(name + _ENDING)):
