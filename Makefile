@@ -3,6 +3,8 @@
 # make backpack   the same walk with 0, 20 and 40 lb on the back -> out/backpack-0/ ...
 # make scenarios  predict every scenario of scenarios/ -> out/<scenario>/, some minutes
 # make paper      all of it: make scenarios, make figures and the comparison with measured people
+# make study      predict 24 walks at many speeds and steps, with a page about them
+#                 -> out/speed-step/; make study FILE=scenarios/studies/people.toml for another
 # make play       show out/normal/ in the browser; make play DIR=out/preferred for another result
 # make figures    draw figures 7 to 12 of the paper -> out/figures/, and out/figures-paper/ by the
 #                 formulation of the paper, from the results in out/ (make scenarios)
@@ -17,16 +19,19 @@
 # make setup      only install what the commands need into .venv
 #
 # Each target installs what it needs into .venv by itself: what the commands need, 1.6 GB;
-# the tools of make test, make check and make bench, 0.8 GB more; those of make docs, 0.1 GB more.
+# what make study needs, 0.3 GB more; the tools of make test, make check and make bench, 0.8 GB
+# more; those of make docs, 0.1 GB more.
 #
 # make PYTHON=/path/to/python3 ... chooses the Python to make .venv with.
 
 BIN := .venv/bin
 RUN := .venv/.run
+STUDY := .venv/.study
 TEST := .venv/.test
 DOCS := .venv/.docs
 CONSTRAINTS := .ci/constraints.txt
 DIR ?= out/normal
+FILE ?= scenarios/studies/speed-step.toml
 BACKPACKS := backpack-0 backpack-20 backpack-40
 SCENARIOS := $(basename $(notdir $(wildcard scenarios/*.toml)))
 ROUNDS ?= 7
@@ -50,7 +55,7 @@ define install
 @touch $@
 endef
 
-.PHONY: help setup backpack scenarios paper play figures urdf bench test check docs pins $(SCENARIOS)
+.PHONY: help setup backpack scenarios paper study play figures urdf bench test check docs pins $(SCENARIOS)
 
 help:
 	@sed -n '/^#/!q; s/^# \{0,1\}//p' Makefile
@@ -65,6 +70,9 @@ $(RUN): pyproject.toml $(CONSTRAINTS) human_gait/kernel/kernel.cpp .ci/build_ker
 	$(call install,.,what the commands need (1.6 GB))
 	@test -e human_gait/kernel/kernel.library || \
 	    echo "setup: no kernel was built, for want of a C++ compiler: solving takes longer"
+
+$(STUDY): $(RUN)
+	$(call install,.[study],what studies need (0.3 GB more))
 
 $(TEST): $(RUN)
 	$(call install,.[test],the tools of the tests (0.8 GB more))
@@ -83,6 +91,9 @@ paper: scenarios
 	@$(BIN)/human-gait figures
 	@$(BIN)/human-gait figures --paper
 	@$(BIN)/human-gait compare out/preferred
+
+study: $(STUDY)
+	@$(BIN)/human-gait study $(FILE)
 
 play: setup
 	@$(BIN)/human-gait play $(DIR)

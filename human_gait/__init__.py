@@ -17,6 +17,7 @@ __all__ = [
     "Check",
     "Checks",
     "Comparison",
+    "Dimensionless",
     "Discretisation",
     "DofRange",
     "Energy",
@@ -35,8 +36,11 @@ __all__ = [
     "Objective",
     "PathConstraint",
     "Phases",
+    "Plate",
+    "Population",
     "Posture",
     "Predictor",
+    "Recording",
     "ResultError",
     "Rows",
     "RunningCost",
@@ -45,27 +49,37 @@ __all__ = [
     "ScenarioError",
     "Solution",
     "SolveInterrupted",
+    "Study",
     "Subject",
     "Tolerances",
+    "Tracking",
+    "TrialError",
     "UnsupportedProgram",
     "Walk",
     "bspline_trajectory",
     "build_program",
+    "comfortable_walk",
     "compare",
+    "dimensionless",
     "drake_plant",
     "energy",
     "explain",
     "film",
+    "fit",
     "load",
     "load_scenario",
     "make_body",
     "offer_hessian",
+    "open_study",
     "pinocchio_model",
     "play",
     "predict",
+    "read_trial",
     "report",
     "shipped_scenarios",
     "solve",
+    "study",
+    "study_report",
     "verify",
 ]
 
@@ -81,15 +95,19 @@ if TYPE_CHECKING:
         ResultError,
         ScenarioError,
         SolveInterrupted,
+        TrialError,
         UnsupportedProgram,
     )
+    from human_gait.findings.page import study_report
     from human_gait.people.comparison import Comparison, compare
+    from human_gait.people.population import Population
     from human_gait.playback.film import film
     from human_gait.playback.page import play
     from human_gait.predictor import Predictor
     from human_gait.problem.drake import bspline_trajectory, offer_hessian
     from human_gait.problem.own import Motion, PathConstraint, Rows, RunningCost
     from human_gait.problem.program import GaitProgram, build_program
+    from human_gait.problem.tracking import Tracking
     from human_gait.reporting.calls import Explanation, explain, report
     from human_gait.scenario import (
         Discretisation,
@@ -110,6 +128,12 @@ if TYPE_CHECKING:
     from human_gait.solving.newton_solver import NewtonSolver
     from human_gait.solving.solver import Solution, solve
     from human_gait.solving.watch import Iterate
+    from human_gait.studies.calls import study
+    from human_gait.studies.opened import Study, open_study
+    from human_gait.trials.calls import fit
+    from human_gait.trials.reading import read_trial
+    from human_gait.trials.recording import Plate, Recording
+    from human_gait.walk.dimensionless import Dimensionless, comfortable_walk, dimensionless
     from human_gait.walk.energy import Energy, energy
     from human_gait.walk.gait import Gait, Samples
     from human_gait.walks import load, predict
@@ -122,6 +146,7 @@ else:
         "Check": "checks.check",
         "Checks": "checks.table",
         "Comparison": "people.comparison",
+        "Dimensionless": "walk.dimensionless",
         "Discretisation": "scenario",
         "DofRange": "scenario",
         "Energy": "walk.energy",
@@ -140,8 +165,11 @@ else:
         "Objective": "scenario",
         "PathConstraint": "problem.own",
         "Phases": "scenario",
+        "Plate": "trials.recording",
+        "Population": "people.population",
         "Posture": "scenario",
         "Predictor": "predictor",
+        "Recording": "trials.recording",
         "ResultError": "exceptions",
         "Rows": "problem.own",
         "RunningCost": "problem.own",
@@ -150,27 +178,37 @@ else:
         "ScenarioError": "exceptions",
         "Solution": "solving.solver",
         "SolveInterrupted": "exceptions",
+        "Study": "studies.opened",
         "Subject": "scenario",
         "Tolerances": "scenario",
+        "Tracking": "problem.tracking",
+        "TrialError": "exceptions",
         "UnsupportedProgram": "exceptions",
         "Walk": "scenario",
         "bspline_trajectory": "problem.drake",
         "build_program": "problem.program",
+        "comfortable_walk": "walk.dimensionless",
         "compare": "people.comparison",
+        "dimensionless": "walk.dimensionless",
         "drake_plant": "checks.models",
         "energy": "walk.energy",
         "explain": "reporting.calls",
         "film": "playback.film",
+        "fit": "trials.calls",
         "load": "walks",
         "load_scenario": "scenario",
         "make_body": "body.person",
         "offer_hessian": "problem.drake",
+        "open_study": "studies.opened",
         "pinocchio_model": "checks.models",
         "play": "playback.page",
         "predict": "walks",
+        "read_trial": "trials.reading",
         "report": "reporting.calls",
         "shipped_scenarios": "scenario",
         "solve": "solving.solver",
+        "study": "studies.calls",
+        "study_report": "findings.page",
         "verify": "checks.table",
     }
 

@@ -16,7 +16,7 @@ from typing import Annotated
 import typer
 
 from human_gait import command
-from human_gait.commands import files, runs, scenarios, views
+from human_gait.commands import files, findings, fits, runs, scenarios, studies, views
 from human_gait.commands.arguments import (
     no_empty,
 )
@@ -55,7 +55,8 @@ def options(
 for one in (
     *(scenarios.init, scenarios.settings, runs.predict, runs.refine, runs.verify),
     *(views.explain, views.play, views.film, views.plot, views.compare, views.report),
-    *(views.figures, files.export, files.urdf),
+    *(views.figures, files.export, files.urdf, fits.fit),
+    *(studies.study, findings.study_report),
 ):
     app.command()(one)
 

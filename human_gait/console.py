@@ -18,7 +18,7 @@ from human_gait.problem.program import GaitProgram
 from human_gait.results.explanation import diagnosis_text
 from human_gait.scenario import Scenario
 from human_gait.settings.departures import departures
-from human_gait.solving.starts import GIVEN, OWN_GUESS, WARM, Attempt
+from human_gait.solving.starts import GIVEN, GUESSED, OWN_GUESS, WARM, Attempt
 from human_gait.solving.summary import diagnosis_content, spread
 from human_gait.solving.watch import Iterate
 from human_gait.stopping import under_way
@@ -69,7 +69,7 @@ def progress() -> Iterator[Tell]:
             console.print(_line(now), soft_wrap=True)
 
     def begin(start: str, show: Callable[[Iterate], None]) -> Callable[[Iterate], None]:
-        if start not in (OWN_GUESS, GIVEN, WARM):
+        if start not in (OWN_GUESS, GIVEN, WARM, GUESSED):
             console.print(f"next start: {start}")
         return show
 

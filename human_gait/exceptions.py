@@ -79,6 +79,10 @@ class ResultError(GaitError):
     """A result folder that is missing, incomplete or unreadable."""
 
 
+class TrialError(GaitError):
+    """A file of a measured trial that cannot be read, or leaves open what has to be told."""
+
+
 class UnsupportedProgram(GaitError):
     """A MathematicalProgram with something in it that the chosen solver cannot honour."""
 

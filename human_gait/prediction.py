@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from human_gait import console
+from human_gait.arrays import FloatArray
 from human_gait.checks.folder import folder_check
 from human_gait.checks.verification import verify
 from human_gait.exceptions import ResultError
@@ -22,6 +23,7 @@ from human_gait.faults import check_packages, told_of
 from human_gait.late import late
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.problem.refinement import refined_program
+from human_gait.problem.tracking import Tracking
 from human_gait.results.folder import whole_file
 from human_gait.results.names import (
     AGREEMENT,
@@ -40,7 +42,16 @@ from human_gait.results.unfinished import refuges
 from human_gait.scenario import Scenario
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.solver import posture
-from human_gait.solving.starts import GIVEN, OWN_GUESS, Attempt, Start, best, climb, from_walk
+from human_gait.solving.starts import (
+    GIVEN,
+    OWN_GUESS,
+    Attempt,
+    Start,
+    best,
+    climb,
+    from_walk,
+    guess_of,
+)
 from human_gait.solving.summary import (
     checks_content,
     explanation_content,
@@ -72,14 +83,17 @@ def predict_to_folder(  # noqa: PLR0913
     time_limit: float | None = TIME_LIMIT,
     *,
     starts: int = 1,
+    guess: Path | None = None,
+    track: Tracking | None = None,
     plots: bool = True,
 ) -> bool:
     """Predict, verify and write a result, then draw it; return whether it is a walk.
 
     A solve that fails, is interrupted or has no time left (limit in s) leaves its best gait and
     says what is wrong with it. With `warm_from`, the folder of another result, it starts from that
-    walk and its multipliers, and if that leads nowhere, as ever. Of several `starts` the cheapest
-    walk is kept. Without `plots` nothing is drawn.
+    walk and its multipliers, and if that leads nowhere, as ever. With `guess` its motion is that of
+    a result, a walk or not, instead of the own guess; `track` is followed. Of several `starts` the
+    cheapest walk is kept. Without `plots` nothing is drawn.
 
     Raises
     ------
@@ -91,9 +105,12 @@ def predict_to_folder(  # noqa: PLR0913
     """
     check_packages(_DRAWN_WITH if plots else ())
     with running(time_limit):
-        program = build_program(scenario, dynamics=dynamics)
+        program = build_program(scenario, dynamics=dynamics, costs=[track] if track else [])
         start = _warm_start(warm_from, program) if warm_from else None
-        kept = _solve_to_folder(program, solver, folder, start, seed, starts=starts, plots=plots)
+        free = guess_of(load_gait(guess), program) if guess else None
+        kept = _solve_to_folder(
+            program, solver, folder, start, seed, guess=free, starts=starts, plots=plots
+        )
         return kept.success
 
 
@@ -186,6 +203,7 @@ def _solve_to_folder(  # noqa: PLR0913, options that are given by name
     seed: int = 0,
     *,
     told: Path | None = None,
+    guess: FloatArray | None = None,
     starts: int = 1,
     plots: bool = True,
 ) -> Attempt:
@@ -197,7 +215,7 @@ def _solve_to_folder(  # noqa: PLR0913, options that are given by name
     asked = under_way().asked
     asked.hold()
     with console.progress() as tell:
-        attempts = climb(program, solver, start, seed, tell, starts=starts)
+        attempts = climb(program, solver, start, seed, tell, guess, starts=starts)
     before, kept = asked.times, best(attempts)
     with _kept_elsewhere(told or folder, {"": attempts}, seed):
         gait = _write(folder, kept, attempts, seed)

@@ -13,7 +13,7 @@ from human_gait.exceptions import ResultError
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.program import GaitProgram, build_program
 from human_gait.scenario import Scenario, scenario_of
-from human_gait.scenario.nearness import Place
+from human_gait.scenario.nearness import NEAR, Place
 from human_gait.solving.estimate import estimated
 from human_gait.solving.seeds import checked_seed
 from human_gait.solving.starts import from_walk
@@ -24,9 +24,6 @@ from human_gait.walks import Progress, held_like, load, walk_of
 
 KEPT = 100
 """Walks that are kept, of 40 kB each."""
-
-_NEAR = 0.1
-"""Distance (`Place`) within which a walk is a start: 0.2 m/s, 0.18 m of the step, 9 kg."""
 
 
 class _Kept(NamedTuple):
@@ -157,4 +154,4 @@ class Predictor:
         """Return the nearest walk, the newest of those that are as near; None if none is."""
         place = Place.of(task)
         near = min(reversed(self._kept), key=lambda kept: kept.place.distance(place), default=None)
-        return near.gait if near and near.place.distance(place) <= _NEAR else None
+        return near.gait if near and near.place.distance(place) <= NEAR else None

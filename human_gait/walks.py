@@ -12,12 +12,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from human_gait import console
+from human_gait.arrays import FloatArray
+from human_gait.checks.costs import costs
 from human_gait.checks.table import Checks, verify
 from human_gait.exceptions import NoSolutionFound, SolveInterrupted
 from human_gait.problem.balance_rows import TURNING_FRICTION
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.posture_rows import STRENGTH
 from human_gait.problem.program import GaitProgram, build_program
+from human_gait.problem.tracking import Tracking
 from human_gait.results.names import EXPLANATION, GAIT_CYCLE, SUMMARY, result_files
 from human_gait.results.ours import given_path, our_folder
 from human_gait.results.reading import read_json
@@ -28,7 +31,7 @@ from human_gait.solving.diagnosis import not_kept, suggestions
 from human_gait.solving.drake_solvers import SOLVERS
 from human_gait.solving.seeds import checked_seed, checked_starts
 from human_gait.solving.solver import Solution
-from human_gait.solving.starts import GIVEN, Attempt, Start, best, climb, from_walk
+from human_gait.solving.starts import GIVEN, Attempt, Start, best, climb, from_walk, guess_of
 from human_gait.solving.summary import (
     explanation_content,
     found_gait,
@@ -42,6 +45,7 @@ from human_gait.walk.described import gait_digest, was_changed
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import save_gait_cycle
 from human_gait.walk.gait_file import folder_of, load_gait
+from human_gait.walk.measured import was_measured
 
 Progress = bool | Callable[[Iterate], None]
 
@@ -53,9 +57,10 @@ def predict(  # noqa: PLR0913, options that are given by name
     seed: int = 0,
     *,
     warm_from: Gait | str | Path | None = None,
+    guess: Gait | str | Path | None = None,
     starts: int = 1,
     progress: Progress = False,
-    costs: Sequence[RunningCost] = (),
+    costs: Sequence[RunningCost | Tracking] = (),
     constraints: Sequence[PathConstraint] = (),
     time_limit: float | None = TIME_LIMIT,
 ) -> Gait:
@@ -74,13 +79,16 @@ def predict(  # noqa: PLR0913, options that are given by name
     warm_from : Gait, str or Path, optional
         A walk to start from, or the folder of its result: after a small change of the scenario it
         takes half a second. If that leads nowhere the usual starts follow.
+    guess : Gait, str or Path, optional
+        A motion to start from instead of the own guess, a walk or not: that of a trial (`fit`), or
+        of another prediction.
     starts : int
         How many starts to solve from: the first one that leads to a walk, then walks beside that,
         then random ones. Of all walks the cheapest is kept; its `Gait.solution` tells how many
         ``walks`` there are and their ``cost_spread``.
     progress : bool or function
         True shows on the terminal how the solver proceeds; a function is given every `Iterate`.
-    costs : sequence of RunningCost
+    costs : sequence of RunningCost or Tracking
         Of one's own, added to the objective.
     constraints : sequence of PathConstraint
         Of one's own.
@@ -98,7 +106,7 @@ def predict(  # noqa: PLR0913, options that are given by name
     ScenarioError
         If the scenario cannot be read or used.
     ResultError
-        If there is no walk to start from.
+        If there is no walk, or motion, to start from.
     NoSolutionFound
         If the solver did not converge, had no time left, or a check fails; it carries the best gait
         so far and, as its report, the constraints that are not kept, the checks that failed and
@@ -112,17 +120,18 @@ def predict(  # noqa: PLR0913, options that are given by name
         If there is no such solver, dynamics, time limit, seed or number of starts, or a cost or
         constraint of one's own returns what it should not, or has bounds that nothing is between.
     TypeError
-        If `warm_from` is no gait or path, or own costs and constraints are no such things.
+        If `warm_from` or `guess` is no gait or path, or own costs and constraints are none.
     """
     if solver not in SOLVERS:
         raise ValueError(f"no solver is called {solver!r}: choose one of {', '.join(SOLVERS)}")
     seed, starts = checked_seed(seed), checked_starts(starts)
     task = scenario_of(scenario)
-    before = _walk_before(warm_from)
+    before, motion = _gait_given("warm_from", warm_from), _gait_given("guess", guess)
     with running(checked_limit(time_limit)):
         program = build_program(task, None, dynamics, costs, constraints)
         start = None if before is None else from_walk(before, program)
-        return walk_of(program, solver, start, seed, progress, starts)
+        free = None if motion is None else guess_of(motion, program)
+        return walk_of(program, solver, start, seed, progress, starts, free)
 
 
 def walk_of(
@@ -132,6 +141,7 @@ def walk_of(
     seed: int,
     progress: Progress,
     starts: int = 1,
+    guess: FloatArray | None = None,
 ) -> Gait:
     """Return a verified walk of a program, as a part of the run that is under way.
 
@@ -142,7 +152,7 @@ def walk_of(
     """
     under_way().asked.hold()
     with _telling(progress) as tell:
-        attempts = climb(program, solver, start, seed, tell, starts=starts)
+        attempts = climb(program, solver, start, seed, tell, guess, starts=starts)
     kept = best(attempts)
     gait = found_gait(kept, seed, attempts)
     if not kept.success:
@@ -194,13 +204,13 @@ def save(gait: Gait, folder: str | Path) -> Path:
     return Path(folder)
 
 
-def _walk_before(given: object) -> Gait | None:
+def _gait_given(name: str, given: object) -> Gait | None:
     if given is None or isinstance(given, Gait):
         return given
     if isinstance(given, str | Path):
         return load(given)
     kind = type(given).__name__
-    raise TypeError(f"warm_from must be a gait or the folder of its result, not {kind}")
+    raise TypeError(f"{name} must be a gait or the folder of its result, not {kind}")
 
 
 @contextmanager
@@ -237,12 +247,19 @@ def _attempt(gait: Gait) -> Attempt:
         status=str(found.get("status", "unknown")),
         iterations=int(found.get("iterations", 0)),
         evaluations=int(found.get("evaluations", 0)),
-        cost=float(found.get("cost", program.cost(gait.free)[0])),  # with costs of one's own
+        cost=_cost(gait, program),
         wall_time=float(found.get("wall_time_s", 0.0)),
         violations=program.violations(gait.free),
         multipliers=dict(gait.multipliers),
     )
     return Attempt(str(found.get("start", GIVEN)), program, solution, [])
+
+
+def _cost(gait: Gait, program: GaitProgram) -> float:
+    """Return the cost that is told, with costs of one's own; else what the scenario's would be."""
+    if "cost" in gait.solution:
+        return float(gait.solution["cost"])
+    return costs(gait) if was_measured(gait) else program.cost(gait.free)[0]
 
 
 def _program(gait: Gait) -> GaitProgram:

@@ -8,9 +8,9 @@ from human_gait.body.person import make_body
 from human_gait.dynamics.recursive_lagrangian import ExternalLoad
 from human_gait.scenario import Load, Subject
 
-MALE = make_body(Subject.default("male"))
-FEMALE = make_body(Subject.default("female"))
-LOADED = make_body(Subject.default("male"), Load(mass=18.1, position=(0.02, 0.07, -0.2)))
+MAN, WOMAN = Subject("male", 1.755, 78.4), Subject("female", 1.626, 62.0)
+MALE, FEMALE = make_body(MAN), make_body(WOMAN)
+LOADED = make_body(MAN, Load(mass=18.1, position=(0.02, 0.07, -0.2)))
 BODIES = {"male": MALE, "female": FEMALE, "with a backpack": LOADED}
 
 

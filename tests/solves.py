@@ -1,5 +1,6 @@
 """Whole solves that tests share: each scenario is predicted once per run of pytest.
 
+One of them is drawn; the pictures of the others would take longer than the walks.
 Processes that run tests beside each other (pytest-xdist) share a folder and wait for each other.
 """
 
@@ -17,6 +18,7 @@ from human_gait.walk.gait_cycle import load_gait_cycle
 from human_gait.walk.gait_file import load_gait
 
 SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
+DRAWN = "preferred"
 
 
 class Result:
@@ -39,5 +41,5 @@ def solved(name):
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not folder.is_dir():
             task = load_scenario(SCENARIOS / f"{name}.toml")
-            predict_to_folder(task, SOLVERS[0], folder)
+            predict_to_folder(task, SOLVERS[0], folder, plots=name == DRAWN)
     return Result(folder)

@@ -14,6 +14,7 @@ from human_gait import cli
 from human_gait.canvas import Picture
 from human_gait.exceptions import ResultError
 from human_gait.export.formats import export
+from human_gait.people import comparison
 from human_gait.people.comparison import compare_folder, compare_to_folder
 from human_gait.problem.program import build_program
 from human_gait.reporting.results import read_results
@@ -56,11 +57,13 @@ NO_DIGEST = {GAIT_CYCLE, "compare.csv"}
 
 
 def make(folder, load):
-    """A whole result without a solve, each file as its command writes it."""
+    """A whole result without a solve, each file as its command writes it, the pictures empty."""
     gait = guessed_gait(load)
     multipliers = fitting({}, build_program(gait.scenario, gait.basis))
     replace(gait, multipliers=multipliers).save(folder)
-    compare_to_folder(folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(comparison, "compare_figure", lambda *_: Picture(1.0, 1.0))
+        compare_to_folder(folder)
     for name in PLOTS:
         (folder / name).write_bytes(Picture(1.0, 1.0).png({"gait": gait_digest(gait)}))
     export(gait, folder / EXPORT, "mot")

@@ -3,18 +3,15 @@
 import base64
 import html
 import io
-import os
-import shutil
 import threading
 from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 import pytest
+from browser import NEEDED, Tab
 from PIL import Image
-from selenium import webdriver
 from selenium.webdriver import ActionChains
-from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
@@ -36,28 +33,8 @@ from human_gait.walk.cycle import step_cycle
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import save_gait
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-DRIVER = shutil.which("chromedriver")
+pytestmark = NEEDED
 
-pytestmark = pytest.mark.skipif(
-    not (CHROMIUM and DRIVER) and not os.environ.get("CI"),
-    reason="needs the browser Chromium and chromedriver (with CI set it must be there)",
-)
-
-OPTIONS = (
-    "--headless=new",
-    "--no-sandbox",
-    "--enable-unsafe-swiftshader",  # draws without a graphics card
-    "--hide-scrollbars",
-    "--user-agent=test",
-    # no calls home
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
-SLOW_CARD = "GPU stall due to ReadPixels"  # said about screenshots
 SMALL = (560, 460)
 GAIT = guessed_gait()
 AT_REST = """
@@ -69,38 +46,12 @@ AT_REST = """
 FRAME = 1 / 60  # of the stride; between two frames of the tracks the page interpolates
 
 
-class Page:
-    """A page of the browser and what is asked of it."""
+class Page(Tab):
+    """A page that plays a walk, at rest."""
 
     def __init__(self, driver, path):
-        self.driver = driver
-        self.resize(*SMALL)
-        driver.get(path.as_uri())
+        super().__init__(driver, path, SMALL)
         self.script(AT_REST)
-
-    def script(self, code):
-        return self.driver.execute_script(code)
-
-    def resize(self, width, height):
-        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
-        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-
-    def prefer(self, what, value):
-        feature = {"name": f"prefers-{what}", "value": value}
-        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
-
-    def all(self, selector):
-        return self.driver.find_elements(By.CSS_SELECTOR, selector)
-
-    def one(self, selector):
-        return self.driver.find_element(By.CSS_SELECTOR, selector)
-
-    def click(self, selector):
-        self.script(f"document.querySelector({selector!r}).scrollIntoView()")
-        self.one(selector).click()
-
-    def press(self, *keys):
-        ActionChains(self.driver).send_keys(*keys).perform()
 
     def scrub(self, phase):
         """Move the slider, as a hand would."""
@@ -119,24 +70,6 @@ class Page:
         """Something about an object of three.js below the path of a walker."""
         names = ["human_gait", walker, "path", *path.split("/")]
         return self.script(f"return viewer.scene_tree.find({names}).object.{what}")
-
-    def problems(self):
-        return [
-            entry for entry in self.driver.get_log("browser") if SLOW_CARD not in entry["message"]
-        ]
-
-
-@pytest.fixture(scope="module")
-def driver(tmp_path_factory):
-    assert CHROMIUM, "CI needs Chromium"
-    assert DRIVER, "CI needs chromedriver"
-    options = webdriver.ChromeOptions()
-    options.binary_location = CHROMIUM
-    for option in (*OPTIONS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
-        options.add_argument(option)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    with webdriver.Chrome(options=options, service=Service(DRIVER)) as chrome:
-        yield chrome
 
 
 def quick_gait():
@@ -170,6 +103,17 @@ def page(one_page, folder):
     one_page.resize(*SMALL)
     one_page.script("scrollTo(0, 0); setPlaying(false); setSpeed(1); setView('oblique'); seek(0)")
     return one_page
+
+
+@pytest.fixture
+def undrawn(page):
+    """The same, with frames that do everything but draw: of keys, what counts is the camera."""
+    page.script(
+        "window.drawing = viewer.render;"
+        "viewer.render = () => { viewer.controls.update(); viewer.needs_render = false }"
+    )
+    yield page
+    page.script("viewer.render = drawing")
 
 
 def moved(before, after):
@@ -298,7 +242,8 @@ def test_views_by_button_and_key(page, key, view):
     assert page.one("[aria-pressed=true][data-view]").get_attribute("data-view") == view
 
 
-def test_all_of_the_walker_is_in_the_picture_of_every_view(page):
+def test_all_of_the_walker_is_in_the_picture_of_every_view(undrawn):
+    page = undrawn
     corner = """
     const box = new THREE.Box3();
     for (const part of walkers[0].layers.body) box.expandByObject(part);
@@ -313,7 +258,8 @@ def test_all_of_the_walker_is_in_the_picture_of_every_view(page):
             assert np.abs(page.script(corner))[:, :2].max() < 1.0
 
 
-def test_the_keyboard_plays_steps_and_changes_speed(page):
+def test_the_keyboard_plays_steps_and_changes_speed(undrawn):
+    page = undrawn
     page.script("document.activeElement.blur()")
     page.press(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_LEFT)
     assert page.script("return state.phase") == pytest.approx(0.01)
@@ -504,11 +450,13 @@ AREAS = ("#stage", "#transport", "#panel")
 
 
 def boxes(page, *selectors):
-    code = (
-        "const b = arguments[0].getBoundingClientRect(); return [b.left, b.top, b.right, b.bottom]"
-    )
-    shown = [e for selector in selectors for e in page.all(selector) if e.is_displayed()]
-    return [page.driver.execute_script(code, element) for element in shown]
+    """Left, top, right and bottom of what is shown, asked for at once: each question takes time."""
+    code = """
+        const sight = {checkOpacity: true, checkVisibilityCSS: true};
+        return arguments[0].flatMap(selector => [...document.querySelectorAll(selector)])
+          .filter(part => part.checkVisibility(sight)).map(part => part.getBoundingClientRect())
+          .filter(b => b.width * b.height > 0).map(b => [b.left, b.top, b.right, b.bottom])"""
+    return page.driver.execute_script(code, selectors)
 
 
 def apart(one, other):
@@ -653,6 +601,7 @@ def test_slow_frames_are_drawn_with_less_and_quick_ones_with_more(driver, folder
     assert page.script(looks) == [False, False, page.script("return Math.floor(innerWidth / 2)")]
     assert page.picture().std() > 10  # at rest
     assert page.script(looks) == [True, False, page.script("return innerWidth")]
+    page.script("quality.since = performance.now()")
     assert judged(page, 10) == 3  # too early
     page.script("quality.since = -Infinity")
     assert judged(page, 10) == 2
@@ -677,7 +626,8 @@ def shifted(page, key):
     ActionChains(page.driver).key_down(Keys.SHIFT).send_keys(key).key_up(Keys.SHIFT).perform()
 
 
-def test_keys_turn_zoom_and_go_back(page):
+def test_keys_turn_zoom_and_go_back(undrawn):
+    page = undrawn
     page.script("document.activeElement.blur()")
     home, distance = page.script(CAMERA), page.script(DISTANCE)
     for key, place, sign in (
@@ -699,7 +649,8 @@ def test_keys_turn_zoom_and_go_back(page):
     assert page.script(CAMERA) == pytest.approx(home)
 
 
-def test_all_can_be_reached_with_the_tab_key_and_arrows_turn_the_picture(page):
+def test_all_can_be_reached_with_the_tab_key_and_arrows_turn_the_picture(undrawn):
+    page = undrawn
     page.script("element('play').focus()")
     while page.script("return document.activeElement.id") != "meshcat-pane":
         shifted(page, Keys.TAB)
@@ -720,7 +671,8 @@ def test_all_can_be_reached_with_the_tab_key_and_arrows_turn_the_picture(page):
     assert {"play", "scrub", "speed", "side", "oblique", "body", "torques"} <= set(reached)
 
 
-def test_the_list_of_keys_comes_and_goes(page):
+def test_the_list_of_keys_comes_and_goes(undrawn):
+    page = undrawn
     page.script("document.activeElement.blur()")
     page.press("?")
     assert page.one("#help").is_displayed()
@@ -744,7 +696,8 @@ def test_paper_gets_a_picture_of_the_walk(page):
     assert not page.one("#still").is_displayed()
 
 
-def test_one_finger_turns_and_two_come_nearer(page):
+def test_one_finger_turns_and_two_come_nearer(undrawn):
+    page = undrawn
     page.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
     try:
         before = page.script(CAMERA)

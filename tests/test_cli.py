@@ -45,8 +45,9 @@ def prediction(replace_room):
     """Let `predict` record its task and succeed, without solving anything."""
     calls = []
 
-    def predict_to_folder(scenario, *asked, starts, plots):
+    def predict_to_folder(scenario, *asked, starts, plots, **started):
         calls.append((scenario.name, *asked, starts))
+        calls.extend([started] if any(started.values()) else [])
         return plots
 
     replace_room("prediction", predict_to_folder=predict_to_folder)
@@ -208,6 +209,16 @@ def test_predict_starts_from_a_result_that_is_named(here, prediction):
     assert prediction == [
         ("normal", "snopt", Path("out/normal"), "pinocchio", 0, Path("walk"), 300.0, 1)
     ]
+
+
+def test_predict_takes_a_guess_and_what_to_follow(here, prediction):
+    (here / "walk").mkdir()
+    save_gait(guessed_gait(), here / "walk")
+    options = ["--guess", "walk", "--track", "walk", "--track-weight", "1e4"]
+    assert cli.run(["predict", NORMAL, *options]) == 0
+    started = prediction[1]
+    assert started["guess"] == Path("walk")
+    assert (started["track"].gait, started["track"].weight) == (guessed_gait(), 1e4)
 
 
 def test_a_result_to_start_from_that_is_none_is_refused_before_anything_is_built(

@@ -1,6 +1,7 @@
 import csv
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from rich.console import Console
 from test_reference import as_cycle, by_name
 
 from human_gait.exceptions import ResultError
+from human_gait.people import comparison as room
 from human_gait.people.comparison import compare, compare_cycle, save_comparison
 from human_gait.people.comparison_table import comparison_table
 from human_gait.people.pictures import PANELS, compare_figure
@@ -105,6 +107,14 @@ def test_the_plot_shows_every_column_with_its_unit_over_the_measured_ones():
     assert len(labels) == 4
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Comparisons are saved without their picture, which takes seconds."""
+    picture = SimpleNamespace(png=lambda *_: b"")
+    monkeypatch.setattr(room, "compare_figure", lambda *_: picture)
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_a_curve_without_a_correlation_is_null(tmp_path):
     save_comparison(compared(person() | {"elbow_flexion_deg": np.full(101, 20.0)}), tmp_path)
     stored = json.loads((tmp_path / "compare.json").read_text())
@@ -116,6 +126,7 @@ def test_a_walk_without_stance_is_refused():
         compared(person() | {"vertical_up_BW": np.zeros(101)})
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_what_is_no_walk_says_so_wherever_it_is_compared(tmp_path):
     warning = "This is no walk: newton ended with '[red]limit $x_1'."
     found = compared(warning=warning)

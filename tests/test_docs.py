@@ -19,13 +19,14 @@ from docs import architecture, pages
 from human_gait.settings import all_settings
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = sorted({*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")} - {ROOT / "CHANGELOG.md"})
+WRITTEN = (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "docs").glob("how-to/*.md"))
+PAGES = sorted({*WRITTEN} - {ROOT / "CHANGELOG.md"})
 FENCED = re.compile(r"^```[\s\S]*?^```$|^    .*$", re.MULTILINE)
 CODE = re.compile(r"`([^`\n]+)`")
 TEST = re.compile(r"(test_\w+\.py)(?:::(\w+))?")
 DOTTED = re.compile(r"([a-z_]\w*(?:\.\w+)+)(?:\(.*\))?")
 FILE = re.compile(
-    r"\w+\.(bvh|c3d|csv|gif|html|json|mot|mp4|npz|osim|png|sto|toml|trc|urdf|xml|yaml)"
+    r"\w+\.(bvh|c3d|csv|gif|html|json|mot|mp4|npz|osim|parquet|png|sto|toml|trc|urdf|xml|yaml)"
 )
 VALUES = {"gait": human_gait.Gait, "hg": human_gait, "scenario": human_gait.Scenario}
 FOREIGN = {"numpy", "opensim", "pandas", "pydrake"}

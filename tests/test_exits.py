@@ -31,6 +31,9 @@ INNER = {  # what each command calls, to fail in its place
     "figures": ("human_gait.pictures.paper_figures.save_figures", ["."]),
     "export": ("human_gait.export.formats.export_gait", ["walk"]),
     "urdf": ("human_gait.export.robot.scenario_robot", []),
+    "fit": ("human_gait.trials.calls.fit", ["walk.trc"]),
+    "study": ("human_gait.studies.study_file.StudyFile.read", ["speed-step"]),
+    "study-report": ("human_gait.findings.page.study_report", ["walk"]),
 }
 UNICODE = UnicodeEncodeError("utf-8", "\udce9", 0, 1, "surrogates not allowed")
 ERRORS = {  # and the exit code that belongs to it

@@ -308,7 +308,7 @@ def assert_same(gait, other):
     np.testing.assert_array_equal(gait.control_points, other.control_points)
 
 
-@some(40)
+@some(20)
 @given(st.data())
 @example(None)
 def test_a_gait_of_odd_arrays_is_no_walk(place, arrays, stopped, data):  # noqa: ARG001
@@ -349,7 +349,7 @@ def test_an_odd_gait_is_drawn_or_refused(place, arrays, data):
 # --- what else is read
 
 
-@some(20)
+@some(10)
 @given(st.data())
 @example(None)
 def test_a_start_with_spoilt_or_odd_multipliers(place, result, stopped, data):  # noqa: ARG001

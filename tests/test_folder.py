@@ -22,50 +22,63 @@ OLD, NEW = "0.0", "10.0"
 NOBODY = 2**22 + 1  # beyond the numbers that processes get
 
 
-def tries(*arguments):
-    """Run a way to fail; return what the folder held, and how processes ended, at each try."""
-    command = [sys.executable, str(WRITERS), *map(str, arguments)]
-    run = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
-    lines = [line.split(maxsplit=1)[1].rsplit(maxsplit=1) for line in run.stdout.splitlines()]
-    return [state for state, _ in lines], {code for _, code in lines}, run.stderr
+WAYS = (
+    *("kill", "stop", "full exchange", "full renames", "full one-by-one", "together"),
+    *("stop renames", "kill renames"),
+)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """Where all ways to fail were tried, by copies of one process that takes seconds to begin."""
+    place = tmp_path_factory.mktemp("writers")
+    subprocess.run([sys.executable, str(WRITERS), str(place), *WAYS], check=True, timeout=600)
+    return place
+
+
+def tries(place, way):
+    """Return what the folder held, and how processes ended, at each try, and what was said."""
+    printed, said = ((place / f"{way}.{kind}").read_text() for kind in ("out", "err"))
+    lines = [line.split(maxsplit=1)[1].rsplit(maxsplit=1) for line in printed.splitlines()]
+    return [state for state, _ in lines], {code for _, code in lines}, said
 
 
 # --- processes that fail
 
 
 @pytest.mark.parametrize("how", ["kill", "stop"])
-def test_a_kill_or_ctrl_c_at_any_step_leaves_the_old_result_or_the_new(tmp_path, how):
-    states, codes, _ = tries(how, tmp_path / "walk")
+def test_a_kill_or_ctrl_c_at_any_step_leaves_the_old_result_or_the_new(place, how):
+    states, codes, _ = tries(place, how)
     assert set(states) == {OLD, NEW}
     assert states.count(OLD) > 20
     assert codes == {"0", "137" if how == "kill" else "130"}
-    assert {path.name for path in tmp_path.iterdir()} == {"walk", "had notes"}
+    assert {path.name for path in (place / how).iterdir()} == {"walk", "had notes"}
 
 
 @pytest.mark.parametrize("way", ["exchange", "renames", "one-by-one"])
-def test_a_full_disk_leaves_the_old_result_and_says_so(tmp_path, way):
-    states, codes, said = tries("full", tmp_path / "walk", way)
+def test_a_full_disk_leaves_the_old_result_and_says_so(place, way):
+    states, codes, said = tries(place, f"full {way}")
     assert states == [OLD] * (len(states) - 1) + [NEW]
     assert len(states) > 3
     assert codes == {"2", "0"}
-    line = f"{tmp_path / 'walk'}: the result cannot be written: File too large; "
+    line = f"{place / f'full {way}' / 'walk'}: the result cannot be written: File too large; "
     assert set(said.splitlines()) == {f"{line}the new result is lost, the old one is as it was"}
 
 
-def test_results_written_at_once_do_not_mix(tmp_path):
-    states, _, said = tries("together", tmp_path / "walk")
+def test_results_written_at_once_do_not_mix(place):
+    states, _, said = tries(place, "together")
     assert not [state for state in states if "mix" in state or state == "none"]
     assert len(set(states)) > 1
     assert said == ""
 
 
-def test_where_folders_cannot_be_exchanged_ctrl_c_does_the_same(tmp_path):
-    states, _, _ = tries("stop", tmp_path / "walk", "renames")
+def test_where_folders_cannot_be_exchanged_ctrl_c_does_the_same(place):
+    states, _, _ = tries(place, "stop renames")
     assert set(states) == {OLD, NEW}
 
 
-def test_where_folders_cannot_be_exchanged_a_kill_can_only_hide_the_result(tmp_path):
-    states, _, _ = tries("kill", tmp_path / "walk", "renames")
+def test_where_folders_cannot_be_exchanged_a_kill_can_only_hide_the_result(place):
+    states, _, _ = tries(place, "kill renames")
     assert set(states) == {OLD, NEW, "none"}
     assert states.count("none") <= 2
 

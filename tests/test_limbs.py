@@ -14,7 +14,7 @@ from human_gait.checks import limbs
 from human_gait.checks.check import Kind
 from human_gait.scenario import Load, Subject
 
-BODY = make_body(Subject.default())
+BODY = guessed_gait().body
 NOW = guessed_gait().fine_samples
 
 

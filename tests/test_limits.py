@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bodies import MAN
 from walks import scenario
 
 from human_gait.body.limits import (
@@ -21,7 +22,7 @@ def test_limits_are_ordered_contain_upright_and_are_the_same_on_both_sides():
     assert np.all(lower <= 0)
     assert np.all(upper >= 0)
     limbs = [i for i in range(55) if MIRROR_INDEX[i] != i]
-    for limit in (lower, upper, *torque_limits(Subject.default("male"))):
+    for limit in (lower, upper, *torque_limits(MAN)):
         np.testing.assert_array_equal(limit[limbs], mirror(limit)[limbs])
 
 
@@ -32,7 +33,7 @@ def test_limits_are_in_radians():
 
 
 def test_only_the_global_dof_have_no_strength_limit():
-    lower, upper = torque_limits(Subject.default("male"))
+    lower, upper = torque_limits(MAN)
     np.testing.assert_array_equal(np.isinf(lower), np.arange(55) < 6)
     np.testing.assert_array_equal(np.isinf(upper), np.arange(55) < 6)
     assert np.all(lower < 0)
@@ -42,7 +43,7 @@ def test_only_the_global_dof_have_no_strength_limit():
 def test_ankle_strength_scales_with_the_subject_and_exceeds_what_walking_takes():
     """Measured walking peaks at 1.4-1.6 N m/kg of plantarflexion."""
     ankle = index("ankle_dorsiflexion_r")
-    lower, _ = torque_limits(Subject.default("male"))
+    lower, _ = torque_limits(MAN)
     assert -lower[ankle] > 1.6 * 78.4
     heavier, _ = torque_limits(Subject(sex="male", stature=1.755, mass=2 * 78.4))
     assert heavier[ankle] == pytest.approx(2 * lower[ankle])

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 import pytest
+from pages import sparing
 from PIL import Image
 from solves import solved
 from walking import guessed_gait
@@ -65,6 +66,7 @@ def everything(tmp_path_factory):
     shutil.copytree(solved("preferred").folder, folder)
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(io.StringIO()) as out:
         patch.chdir(place)
+        sparing(patch)
         for command in COMMANDS:
             said = io.StringIO()
             with contextlib.redirect_stderr(said):
@@ -230,6 +232,7 @@ IN_THE_WAY = {
 def test_other_commands_leave_what_is_not_ours(everything, tmp_path, monkeypatch, capsys, command):
     shutil.copytree(everything, tmp_path / "walk")
     monkeypatch.chdir(tmp_path)
+    sparing(monkeypatch)
     Path(IN_THE_WAY[command]).unlink(missing_ok=True)
     put(Path(IN_THE_WAY[command]))
     before = everything_in(tmp_path)

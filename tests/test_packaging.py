@@ -11,6 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENARIOS = {path.name for path in (ROOT / "scenarios").glob("*.toml")}
+STUDIES = {f"studies/{path.name}" for path in (ROOT / "scenarios" / "studies").iterdir()}
 
 
 def build(target, folder):
@@ -44,8 +45,9 @@ def installed(tmp_path_factory):
 
 def test_the_wheel_holds_the_scenarios_as_they_are_and_the_schema(installed):
     data = installed / "human_gait" / "data"
-    assert {path.name for path in (data / "scenarios").iterdir()} == SCENARIOS
-    for name in SCENARIOS:
+    held = {str(path.relative_to(data / "scenarios")) for path in (data / "scenarios").rglob("*.*")}
+    assert held == SCENARIOS | STUDIES
+    for name in held:
         assert (data / "scenarios" / name).read_bytes() == (ROOT / "scenarios" / name).read_bytes()
     assert (data / "scenario.schema.json").is_file()
     assert {path.name.split("-")[0] for path in installed.iterdir()} == {"human_gait"}

@@ -149,10 +149,15 @@ def test_a_damaged_result_leaves_the_old_figures(results, tmp_path):
 
 
 def test_a_figure_that_fails_leaves_nothing(results, tmp_path, monkeypatch):
+    """The last one, when another has been drawn."""
+
     def fail(_):
         raise ValueError
 
-    table = dict(FIGURES) | {"fig12_validation": (fail, ("preferred",))}
+    table = {
+        "fig08_joint_torques": FIGURES["fig08_joint_torques"],
+        "fig12_validation": (fail, ("preferred",)),
+    }
     monkeypatch.setattr("human_gait.pictures.paper_figures.FIGURES", table)
     with pytest.raises(ValueError):  # noqa: PT011, it is ours
         save_figures(results, tmp_path)
@@ -298,7 +303,10 @@ def test_the_command_explains_a_missing_result_in_one_line(tmp_path, capsys):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_result_without_a_walk_is_drawn_with_a_note(results, tmp_path, capsys):
+def test_a_result_without_a_walk_is_drawn_with_a_note(results, tmp_path, capsys, monkeypatch):
+    """The note is of the result, whatever figure: one is drawn."""
+    table = {"fig11_knee_torques": FIGURES["fig11_knee_torques"]}
+    monkeypatch.setattr("human_gait.pictures.paper_figures.FIGURES", table)
     copy_without(results, tmp_path, "backpack-20", "normal")
     for name, summary in {
         "normal": json.dumps({"success": True}),

@@ -13,7 +13,7 @@ import human_gait as hg
 WITHOUT_TYPES = {
     *("offer_hessian", "Motion.count", "Motion.index", "Rows.count", "Rows.index"),
     *("pinocchio_model", "Body.model", "Body.pinocchio_model"),
-    *("Gait.to_dataframe", "Scenario.replace"),
+    *("Gait.to_dataframe", "Scenario.replace", "Study.table", "Study.to_dataframe"),
 }
 """What returns a thing of a package that has no types, or takes things of any type."""
 
@@ -113,6 +113,9 @@ print(files[0].name, hg.load("out/mine") == gait, hg.compare("out/mine").scores[
 print(hg.report([gait, "out/mine"], out="report.html").name, hg.explain(gait).bounds[0].saving)
 found: hg.Energy = hg.energy("out/mine")
 print(found.cost_of_transport, found.joints[0].positive, found.spine[0].mean, found.to_dict())
+trial: hg.Recording = hg.read_trial("walk.mot", "forces.mot", units="deg", forward="-x")
+print(trial.angles["knee_angle_r"].max(), trial.plates[0].force.shape, trial.rate)
+print(hg.compare(gait, with_=["walk.mot"], side="l", mass=70.0, events=[0.5, 1.6]).own.notes)
 shown = hg.play(gait, inline=True)
 plant, model = hg.drake_plant(gait), hg.pinocchio_model(hg.Subject.default("female"))
 """

@@ -1,10 +1,14 @@
 """What Python offers for values: to copy, send, compare and show them, for every public one."""
 
+import atexit
 import copy
 import inspect
 import pickle
+import shutil
 from dataclasses import is_dataclass, replace
 from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
 
 import numpy as np
 import pytest
@@ -12,6 +16,10 @@ from lxml import html
 from walking import guessed_gait
 
 import human_gait as hg
+from human_gait.studies.index import write_index
+from human_gait.studies.plan import plan_of
+from human_gait.studies.store import Kept, Store
+from human_gait.studies.study_file import StudyFile
 
 MOST_BYTES = 50_000
 MOST_LINES, WIDTH = 15, 100
@@ -26,6 +34,17 @@ def knee(motion):
 @cache
 def program():
     return hg.build_program(guessed_gait(18.0).scenario)
+
+
+def small_study(gait):
+    """A study of one walk, in a folder that is gone with the process."""
+    folder = Path(mkdtemp(prefix="study-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    asked = StudyFile.from_table({"name": "small", "scenario": gait.scenario.to_dict()})
+    plan, store = plan_of(asked), Store(folder)
+    store.save(plan.jobs[0].key, Kept({"key": plan.jobs[0].key, "success": True}, None, gait))
+    write_index(plan, store, store.keys())
+    return hg.open_study(folder)
 
 
 @cache
@@ -50,6 +69,7 @@ def values():
         "Check": checks[0],
         "Checks": checks,
         "Comparison": hg.compare(gait),
+        "Dimensionless": hg.dimensionless(gait),
         "DofRange": hg.DofRange("knee_flexion_r", 0.0, 90.0),
         "Energy": hg.energy(gait),
         "Explanation": hg.explain(gait),
@@ -59,8 +79,18 @@ def values():
         "NoSolutionFound": hg.NoSolutionFound("no walk", gait, [checks[0]]),
         "SolveInterrupted": hg.SolveInterrupted("interrupted", gait, [checks[0]]),
         "ResultError": hg.ResultError("it is so"),
+        "Population": hg.Population("both", 3, 1),
+        "Study": small_study(gait),
         "Samples": now,
+        "Plate": (
+            plate := hg.Plate(now.t, now.grf[:, 0], now.cop[:, 0], now.yaw_moment[:, 0], "r")
+        ),
+        "Recording": hg.Recording(
+            Path("walk.mot"), now.t, {"knee_flexion_r": now.q[:, 16]}, plates=(plate,)
+        ),
+        "TrialError": hg.TrialError("it is so"),
         "Scenario": scenario,
+        "Tracking": hg.Tracking(gait, 1e4),
         "ScenarioError": hg.ScenarioError("walk.speed", "must be a number", value=-1, source="a"),
     }
 

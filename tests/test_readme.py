@@ -64,8 +64,21 @@ OWN = {
     "--solver": "newton",
     "--dynamics": "pinocchio",
     "--out": "new/out",
+    "--with": "out/normal/gait_cycle.csv",
+    "--units": "deg",
+    "--up": "y",
+    "--forward": "x",
+    "--map": "hip_flexion_deg=knee_flexion_deg",
+    "--events": "0,1",
+    "--feet": "1=r",
+    "--mass": "70",
+    "--side": "r",
 }  # of an option
 SOLVING = ("predict", "refine")  # with all options only: they take seconds
+ELSEWHERE = ("fit", "study", "study-report")
+"""What takes files that no result has: test_fit, test_study_runs and test_findings run them."""
+INSTEAD = ("--guess", "--track", "--track-weight")
+"""Options that go instead of another, ``--warm-from``: test_tracking gives them."""
 
 
 def parts(synopsis):
@@ -83,21 +96,23 @@ def filled(words):
     return " ".join(values).split()
 
 
-def runs(synopsis):
-    """A command with nothing but what it needs, and with all it can take."""
+def runs(synopsis, plain):
+    """A command with all it can take, and, unless it is among `plain`, with what it needs alone."""
     needed, optional = parts(synopsis)
     short = filled(needed)
-    everything = short + [word for part in optional for word in filled(part)]
-    if needed[0] in SOLVING:
-        return [everything]
-    return [short] + [everything] * (everything != short)
+    kept = [part for part in optional if part[0] not in INSTEAD]
+    everything = short + [word for part in kept for word in filled(part)]
+    alone = needed[0] not in (*SOLVING, *plain)
+    return [short] * alone + [everything] * (everything != short)
 
 
 def commands():
     """The commands of the table, then those within sentences that have no placeholder."""
-    table = [run for row in ROWS for run in runs(row)]
     words = [shlex.split(code)[1:] for code in CODE if re.match(r"human-gait [a-z]", code)]
     whole = [one for one in words if not any(PLACEHOLDER.fullmatch(word) for word in one)]
+    plain = {one[0] for one in whole if len(one) > 1 and "--" not in " ".join(one)}
+    rows = [row for row in ROWS if row.split()[0] not in ELSEWHERE]
+    table = [run for row in rows for run in runs(row, plain)]
     named = {(row.split()[0],) for row in ROWS if len(parts(row)[0]) > 1}  # spoken of, not run
     return [run for run in dict.fromkeys(map(tuple, [*table, *whole])) if run not in named]
 

@@ -693,6 +693,14 @@ def settings_of(kind, **narrower):
 
 RANGES = st.tuples(st.floats(-20, 20), st.floats(-20, 20)).map(sorted)
 NARROWER = {  # what other settings of the scenario ask for
+    "subject": {  # the trunk is what the lengths leave of the stature
+        "stature": st.floats(1.6, 1.9),
+        "percentile": st.floats(40.0, 90.0),
+        "thigh": st.floats(0.39, 0.45),
+        "shank": st.floats(0.39, 0.45),
+        "ankle_height": st.floats(0.05, 0.09),
+        "head_and_neck": st.floats(0.2, 0.27),
+    },
     "load": {"position": st.tuples(st.just(0.0), st.floats(-1, 1), st.floats(-1, 1))},
     "discretisation": {"control_points": st.integers(6, 60), "intervals": st.integers(12, 125)},
 }

@@ -1,6 +1,7 @@
 """Every setting can be found: in lists, explained, in a new scenario file and in an editor."""
 
 import json
+import re
 import tomllib
 from pathlib import Path
 from urllib.parse import urlparse
@@ -15,6 +16,7 @@ from human_gait import cli
 from human_gait.body.skeleton import DOF_NAMES
 from human_gait.exceptions import ScenarioError
 from human_gait.scenario import Scenario, load_scenario, shipped_scenarios
+from human_gait.scenario.lengths import LENGTHS
 from human_gait.scenario.limits import NOT_FROZEN
 from human_gait.scenario.values import allowed_values
 from human_gait.settings import (
@@ -69,6 +71,9 @@ def test_a_default_that_is_told_is_the_one_that_is_taken(setting):
     if setting.default is not None:
         assert taken == (list(setting.default) if setting.count > 1 else setting.default)
         assert tomllib.loads(f"x = {json.dumps(taken)}")["x"] == taken
+    elif setting.key in LENGTHS:
+        share = re.search(r"stature x ([\d.]+) \(male\)", setting.default_words)
+        assert taken == pytest.approx(1.755 * float(share[1]), abs=1e-4)
     elif not setting.required and setting.section != "walk":  # step length: test_formulations
         assert str(taken) in setting.default_words
 
@@ -340,7 +345,7 @@ def near(setting):
     return st.lists(number | ODD, min_size=2, max_size=4) if setting.count > 1 else number
 
 
-@settings(max_examples=600)  # of 38 settings
+@settings(max_examples=600)  # of 49 settings
 @given(st.sampled_from(FIXED), st.data())
 def test_an_editor_marks_what_the_loader_refuses_and_nothing_else(setting, data):
     value = data.draw(near(setting) | ODD | st.lists(ODD, max_size=3))

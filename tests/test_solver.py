@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from pydrake.solvers import MathematicalProgram
 from small_problems import VALLEY_END, VALLEY_START, corner, cube, numbers, run, valley
-from walks import near_walk, scenario
+from walks import STILL, near_walk, scenario
 
-from human_gait.body.skeleton import BRANCHES, DOF_NAMES
 from human_gait.problem.constraints import LIMITS
 from human_gait.problem.program import build_program
 from human_gait.solving import solver as room
@@ -37,11 +36,7 @@ def solver(request):
 
 
 def small_problem():
-    """Legs, pelvis and swinging arms; the rest is frozen."""
-    moving = ("virtual", "right_leg", "left_leg")
-    held = [DOF_NAMES[i] for branch in set(BRANCHES) - set(moving) for i in BRANCHES[branch]]
-    frozen = [name for name in held if not name.startswith(("shoulder_flexion", "elbow"))]
-    return build_program(scenario(control_points=6, limits={"frozen": frozen}))
+    return build_program(scenario(control_points=6, limits=STILL))
 
 
 @pytest.fixture
@@ -265,7 +260,7 @@ def test_a_solve_tells_nothing_of_a_guess_that_it_was_not_given(program, solver,
 
 
 def test_the_same_start_leads_to_the_same_gait(solver, short):
-    short(2)
+    short(1 if solver == "snopt" else 2)  # one of its iterations is a hundred smaller ones
     ends = [solve(small_problem(), solver) for _ in range(2)]
     np.testing.assert_array_equal(ends[0].gait.control_points, ends[1].gait.control_points)
     assert ends[0].iterations == ends[1].iterations
@@ -369,7 +364,8 @@ def test_it_solves_outside_the_main_thread(program, solver, short):
     """Signals belong to the main thread; elsewhere there is nothing to install."""
     short(1)
     solutions = []
-    thread = threading.Thread(target=lambda: solutions.append(solve(program, solver)))
+    start = near_walk(program)
+    thread = threading.Thread(target=lambda: solutions.append(solve(program, solver, start)))
     thread.start()
     thread.join()
     assert [LIMIT_REACHED[solver] in solution.status for solution in solutions] == [True]

@@ -26,6 +26,7 @@ from human_gait.walk.gait_file import (
 
 ONLY_TOLD = {
     "subject.strength",  # of which nothing is asked in this walk
+    "subject.percentile",  # of no effect beside stature and mass, which are in the file
     "about",
     *(f"solution.{key}" for key in ("solver", "status", "wall_time_s", "success")),
 }

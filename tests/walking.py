@@ -18,7 +18,7 @@ def guessed_gait(load_mass=0.0):
     scenario = Scenario.from_dict(
         {
             "name": "guessed walk",
-            "subject": {"sex": "male"},
+            "subject": {"sex": "male", "mass": 78.4},
             "walk": {"speed": 1.2, "step_length": 0.66},
             "load": {"mass": load_mass},
             "discretisation": {"control_points": 9},

@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from human_gait.body.skeleton import BRANCHES, DOF_NAMES
 from human_gait.problem.program import build_program
 from human_gait.scenario import Scenario
 
+MAN = {"stature": 1.755, "mass": 78.4}
 EFFORT = {"formulation": "effort"}
 """The objective of walks that are solved soonest: for tests that need any walk."""
 
@@ -27,10 +29,15 @@ def scenario(
         "dynamics_per_interval": dynamics_per_interval,
         "periodicity": periodicity,
     }
-    tables = {"name": "test", "walk": walk, "discretisation": grid, **sections}
+    tables = {"name": "test", "walk": walk, "discretisation": grid, "subject": MAN, **sections}
     tables["objective"] = EFFORT | tables.get("objective", {})
     return Scenario.from_dict(tables)
 
+
+_MOVING = ("virtual", "right_leg", "left_leg")
+_HELD = [DOF_NAMES[i] for branch in set(BRANCHES) - set(_MOVING) for i in BRANCHES[branch]]
+STILL = {"frozen": sorted(n for n in _HELD if not n.startswith(("shoulder_flexion", "elbow")))}
+"""Limits that leave legs, pelvis and swinging arms: for solvers that take long."""
 
 BACKPACK = {"mass": 18.0, "position": [0.0, 0.05, -0.22]}
 PEOPLE = {

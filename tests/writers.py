@@ -1,8 +1,10 @@
 """Processes that write results into a folder and fail on the way; run by `test_folder`.
 
-python writers.py kill|full|stop|together FOLDER [exchange|renames|one-by-one]
+python writers.py FOLDER "kill|full|stop|together [exchange|renames|one-by-one]"...
 
-prints a line for each try: its number, what the folder holds then, and how the process ended.
+tries each way within FOLDER, in a process of its own that is a copy of this one, and writes into
+FOLDER/WAY.out a line for each try: its number, what the folder of the result holds then, and how
+the process ended. What the processes say goes into FOLDER/WAY.err.
 """
 
 import os
@@ -35,6 +37,7 @@ STEPS = {
 }
 FULL = 10_000  # bytes that fit on the disk, at the first try
 LOOKS = 40
+READ = set()  # results that were read back once: the others have the same bytes
 
 
 @cache
@@ -70,7 +73,9 @@ def state(folder):
     stale = files & set(DERIVED) and loads != {LOADS[0]}
     if len(loads) != 1 or not whole or stale:
         return f"a mix: {loads}, {sorted(files)}"
-    load_gait(folder)
+    if not loads <= READ:
+        load_gait(folder)
+        READ.update(loads)
     return str(*loads)
 
 
@@ -185,10 +190,8 @@ def together(folder):
     tell(LOOKS, state(folder), max(map(end, numbers)))
 
 
-def main(how, folder, way="exchange"):
-    folder = Path(folder)
-    for load in LOADS:
-        content(load)
+def trial(folder, how, way="exchange"):
+    """Try one way, in this process."""
     if way == "renames":
         exchange.exchange = exchange.rename_both
     if way == "one-by-one":
@@ -198,6 +201,26 @@ def main(how, folder, way="exchange"):
         return
     spoils = {"kill": lambda k: fail_at(k, die), "stop": lambda k: fail_at(k, stop), "full": fill}
     tries(folder, spoils[how])
+
+
+def apart(place, name):
+    """Try one way in a process of its own; return how that ended."""
+
+    def work():
+        for number, kind in ((1, "out"), (2, "err")):
+            os.dup2(os.open(place / f"{name}.{kind}", os.O_WRONLY | os.O_CREAT), number)
+        trial(place / name / "walk", *name.split())
+
+    (place / name).mkdir()
+    return end(child(work))
+
+
+def main(place, *names):
+    for load in LOADS:
+        content(load)
+    for name in names:
+        if code := apart(Path(place), name):
+            sys.exit(f"{name} ended with {code}")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """Segment lengths, masses, centres of mass and inertias from sex, stature and mass.
 
-Lengths are fractions of stature. Masses, centres of mass and radii of gyration are those of
-de Leva (1996), rescaled so that the masses sum to the subject's. The trunk's three parts are
-taken as elliptic columns and cut at the spine joints; what no source gives is marked *assumed*
-in ``data/anthropometry.csv``.
+Lengths are fractions of stature, or those that a subject is given; the trunk is what they leave.
+Masses, centres of mass and radii of gyration are those of de Leva (1996), rescaled so that the
+masses sum to the subject's. The trunk's three parts are taken as elliptic columns and cut at the
+spine joints; what no source gives is marked *assumed* in ``data/anthropometry.csv``.
 
 Everything here is in anatomical axes of the upright body: x to the left, y up, z forward.
 
@@ -23,6 +23,7 @@ import numpy.typing as npt
 from human_gait import data
 from human_gait.arrays import FloatArray
 from human_gait.scenario import Subject
+from human_gait.scenario.lengths import LENGTHS, TRUNK, trunk, usual_lengths
 from human_gait.values import Value
 
 Table = Mapping[tuple[str, str], float]
@@ -98,7 +99,7 @@ class Anthropometry(Value):
 def body_measures(subject: Subject) -> Anthropometry:
     """Return the lengths and the rigid segments of a subject."""
     table = _read_table(subject)
-    lengths = {name: value for (group, name), value in table.items() if group == "length"}
+    lengths = _lengths(table, subject)
     lengths["h_drop"] = lengths["h_ank"] - lengths["h_mtp"]
     masses = _masses(table, subject.mass)
     left = _arm(table, lengths, masses) | _leg(table, lengths, masses)
@@ -142,6 +143,18 @@ def _read_table(subject: Subject) -> Table:
         (row["group"], row["name"]): float(row[subject.sex]) * unit.get(row["unit"], 1.0)
         for row in data.rows("anthropometry")
     }
+
+
+def _lengths(table: Table, subject: Subject) -> dict[str, float]:
+    """Return the lengths by symbol, [m], those of the table grown to the lengths of the subject."""
+    lengths = {name: value for (group, name), value in table.items() if group == "length"}
+    usual = usual_lengths(subject.sex, subject.stature)
+    for name, symbols in LENGTHS.items():
+        for symbol in symbols:
+            lengths[symbol] *= getattr(subject, name) / usual[name]
+    for symbol in TRUNK:
+        lengths[symbol] *= trunk(subject.lengths, subject.sex, subject.stature)
+    return lengths
 
 
 def _masses(table: Table, total: float) -> Values:

@@ -105,8 +105,8 @@ def _placed(
 
 
 def _girth(measures: Anthropometry, segment: str) -> float:
-    """Return how thick a segment is for its stature, against that of the median male."""
-    return float(np.sqrt(_section(measures, segment) / _section(_median_male(), segment)))
+    """Return how thick a segment is for its stature, against that of the man who is drawn."""
+    return float(np.sqrt(_section(measures, segment) / _section(_drawn_man(), segment)))
 
 
 def _section(measures: Anthropometry, segment: str) -> float:
@@ -116,5 +116,6 @@ def _section(measures: Anthropometry, segment: str) -> float:
 
 
 @cache
-def _median_male() -> Anthropometry:
-    return body_measures(Subject.default("male"))
+def _drawn_man() -> Anthropometry:
+    """Return the man whose capsules the table has: their radii are those of his mass."""
+    return body_measures(Subject("male", 1.755, 78.4))

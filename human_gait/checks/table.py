@@ -13,6 +13,7 @@ import numpy as np
 
 from human_gait.checks.check import Check
 from human_gait.checks.folder import folder_check
+from human_gait.checks.measured import is_measured
 from human_gait.checks.verification import verify as verify_record
 from human_gait.exceptions import ResultError
 from human_gait.walk.gait import Gait, Samples
@@ -93,6 +94,10 @@ class Checks(list[Check]):
 
     def _verdict(self) -> str:
         n = len(self) - len(self.failed)
+        if is_measured(self):
+            held = [check for check in self if check.verdict != "note"]
+            sound = f"{n - len(self) + len(held)} of {len(held)} checks of its file passed"
+            return f"a measured walk, no prediction: {sound}"
         return f"{'a walk' if self.passed else 'no walk'}: {n} of {len(self)} checks passed"
 
 

@@ -17,6 +17,7 @@ from human_gait.checks.engines import DrakeEngine
 from human_gait.checks.ground import ground_checks
 from human_gait.checks.laws import dynamics_checks, loads_of
 from human_gait.checks.limbs import limbs_checks
+from human_gait.checks.measured import of_measured
 from human_gait.checks.motion import feet_checks, walk_checks
 from human_gait.walk.gait_file import Record
 
@@ -27,7 +28,7 @@ def verify(record: Record) -> list[Check]:
     with np.errstate(all="ignore"):  # absurd numbers of a file fail their checks
         drake, loads = DrakeEngine(gait.body, gait.scenario.ground.ball), loads_of(gait, now)
         found = drake.mechanics((now.q, now.v, now.a), loads)
-        return [
+        checks = [
             *contents_checks(record),
             *dynamics_checks(record, drake, loads, found),
             *ground_checks(gait.plan, now),
@@ -35,3 +36,4 @@ def verify(record: Record) -> list[Check]:
             *walk_checks(gait, now),
             *limbs_checks(gait, now),
         ]
+    return of_measured(gait, checks)

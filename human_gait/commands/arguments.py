@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from human_gait.exceptions import GaitError, ResultError, shown
-from human_gait.results.names import GAIT_FILE, PREDICTED, result_files
+from human_gait.results.names import GAIT_FILE, INDEX, PREDICTED, result_files
 from human_gait.solving.seeds import checked_seed, checked_starts
 from human_gait.stopping import checked_limit
 from human_gait.terminal import say
@@ -149,7 +149,10 @@ def check_result(folder: Path) -> None:
     if folder.is_file():
         raise ResultError(f"{folder}: is a file, give the folder of a result")
     if not (folder / GAIT_FILE).is_file():
-        message = f"{folder}: no result here (no {GAIT_FILE}), make one with human-gait predict"
+        make = "make one with human-gait predict"
+        if (folder / INDEX).is_file():
+            make = "but a study: hg.open_study(DIR).gait(KEY).save(RESULT) makes one of a walk"
+        message = f"{folder}: no result here (no {GAIT_FILE}), {make}"
         raise ResultError(message)
 
 

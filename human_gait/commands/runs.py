@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -27,6 +28,9 @@ from human_gait.commands.exits import NO_SOLUTION
 from human_gait.exceptions import ScenarioError
 from human_gait.stopping import TIME_LIMIT
 from human_gait.terminal import say
+
+if TYPE_CHECKING:
+    from human_gait.problem.tracking import Tracking
 
 
 def predict(  # noqa: PLR0913
@@ -56,6 +60,18 @@ def predict(  # noqa: PLR0913
     ] = 1,
     time_limit: TimeLimit = TIME_LIMIT,
     *,
+    guess: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Begin with the motion of a result, measured or not."),
+    ] = None,
+    track: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Follow the joint angles of a result; with a weight."),
+    ] = None,
+    track_weight: Annotated[
+        float | None,
+        typer.Option(metavar="W", help="Of the squared angles, N^2 m^2/rad^2: 1e4 is a start."),
+    ] = None,
     no_plots: NoPlots = False,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Result folder, else out/<scenario>.")
@@ -67,11 +83,9 @@ def predict(  # noqa: PLR0913
     task, file = load_scenario(scenario), scenario_file(scenario)
     if file != scenario:
         say(f"scenario: {file}")
-    for option, given in (("--warm-from", warm_from), ("--starts", starts > 1)):
-        if given and solver is SolverChoice.ALL:
-            raise typer.BadParameter("not with --solver all: give one solver", param_hint=option)
-    if warm_from:
-        check_result(warm_from)
+    given = {"--warm-from": warm_from, "--guess": guess, "--track": track}
+    _check_given(given, {"--starts": starts > 1, **given} if solver is SolverChoice.ALL else {})
+    tracking = _tracking(track, track_weight)
     folder, plots = out or Path("out") / task.name, not no_plots
     check_writable(folder, by_all=solver is SolverChoice.ALL)
     try:
@@ -91,12 +105,41 @@ def predict(  # noqa: PLR0913
                 warm_from,
                 time_limit,
                 starts=starts,
+                guess=guess,
+                track=tracking,
                 plots=plots,
             )
     except ScenarioError as error:
         raise error.found_in(str(file)) from None
     if not found:
         raise typer.Exit(NO_SOLUTION)
+
+
+def _check_given(results: Mapping[str, Path | None], alone: Mapping[str, object]) -> None:
+    """Refuse results that are none, two to begin with, and what is for one solver alone."""
+    for option in (option for option, value in alone.items() if value):
+        raise typer.BadParameter("not with --solver all: give one solver", param_hint=option)
+    if results["--warm-from"] and results["--guess"]:
+        raise typer.BadParameter("not with --warm-from: a guess is another", param_hint="--guess")
+    for folder in filter(None, results.values()):
+        check_result(folder)
+
+
+def _tracking(track: Path | None, weight: float | None) -> Tracking | None:
+    """Return what is to be followed, if anything is."""
+    if track is None and weight is None:
+        return None
+    if track is None:
+        raise typer.BadParameter("needs a result, --track DIR", param_hint="--track-weight")
+    if weight is None:
+        raise typer.BadParameter("needs a weight, --track-weight 1e4", param_hint="--track")
+    from human_gait.problem.tracking import Tracking
+    from human_gait.walk.gait_file import load_gait
+
+    try:
+        return Tracking(load_gait(track), weight)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--track-weight") from None
 
 
 def refine(

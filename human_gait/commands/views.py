@@ -13,6 +13,19 @@ from human_gait.commands.arguments import (
     check_result,
     loaded_gait,
 )
+from human_gait.commands.trials import (
+    Events,
+    Feet,
+    Forward,
+    Mass,
+    MoreTrials,
+    NameMap,
+    Side,
+    Units,
+    Up,
+    WithTrials,
+    trial_files,
+)
 from human_gait.results.names import COMPARISON, PLAYBACK
 from human_gait.terminal import say, screen
 
@@ -22,9 +35,9 @@ def explain(folder: ResultFolder) -> None:
     check_result(folder)
     from human_gait.results.explanation import explained
     from human_gait.walk.belonging import own_gait
+    from human_gait.walk.measured import measured_words
 
-    own_gait(folder)
-    shown = explained(folder)
+    shown = explained(folder, measured_words(own_gait(folder)))
     screen().print(shown, soft_wrap=isinstance(shown, str))
 
 
@@ -112,12 +125,42 @@ def plot(folder: ResultFolder) -> None:
     say(f"wrote {n_plots} plots and {PLAYBACK} to {folder}")
 
 
-def compare(folder: ResultFolder) -> None:
-    """Score a result against measured people; write table and plot beside it."""
+def compare(  # noqa: PLR0913, PLR0917, each is an option
+    folder: ResultFolder,
+    more: MoreTrials = None,
+    with_: WithTrials = None,
+    units: Units = None,
+    up: Up = "",
+    forward: Forward = "",
+    map_: NameMap = None,
+    events: Events = "",
+    feet: Feet = None,
+    mass: Mass = None,
+    side: Side = "r",
+) -> None:
+    """Score a result against measured people, and own trials; write table and plot beside it."""
     check_result(folder)
     from human_gait.people.comparison import compare_to_folder
 
-    screen().print(compare_to_folder(folder))
+    trials: dict[str, Any] = {}
+    if files := trial_files(more, with_):
+        from human_gait.people.own import own_trials
+        from human_gait.people.readings import readings_text
+        from human_gait.trials.stated import stated
+
+        given = stated(
+            units=units or (),
+            up=up,
+            forward=forward,
+            map=map_ or (),
+            events=events,
+            feet=feet or (),
+            mass=mass,
+            side=side,
+        )
+        trials["own"] = own_trials(files, given)
+        say(readings_text(trials["own"]))
+    screen().print(compare_to_folder(folder, **trials))
     say(f"wrote {', '.join(COMPARISON)} to {folder}")
 
 

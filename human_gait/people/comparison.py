@@ -3,18 +3,21 @@
 import csv
 import math
 import statistics
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
 from html import escape
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from rich.table import Table
 
 from human_gait.exceptions import ResultError
 from human_gait.people.comparison_table import comparison_table
+from human_gait.people.own import Own, own_trials
 from human_gait.people.pictures import compare_figure
-from human_gait.people.reference import Cycle, Reference, Score, references_near, scores, tuned_on
+from human_gait.people.readings import readings_text
+from human_gait.people.reference import Cycle, Reference, Score, references_near, scores, tuned_by
 from human_gait.people.spatiotemporal import StepScore, step_scores
 from human_gait.results.names import (
     COMPARISON,
@@ -25,6 +28,7 @@ from human_gait.results.names import (
 from human_gait.results.ours import check_free, our_folder
 from human_gait.results.sealed import digest_of, write_json
 from human_gait.terminal import screen
+from human_gait.trials.stated import Options, stated
 from human_gait.values import Value
 from human_gait.walk.belonging import own_gait
 from human_gait.walk.described import gait_digest, no_walk
@@ -32,6 +36,7 @@ from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import gait_cycle
 from human_gait.walk.gait_file import load_gait
 
+NO_TRIALS = Own()
 _WIDTH = 120  # signs in a line of the table, where there is no terminal
 
 
@@ -52,6 +57,8 @@ class Comparison(Value):
         Which measured curves had a say in the walk, in a sentence; empty where nobody knows.
     gait : str
         The digest of what was compared.
+    own : Own
+        Own trials, whose references are among those above: what was read as what.
     """
 
     speed: float
@@ -63,12 +70,14 @@ class Comparison(Value):
     no_walk: str = ""
     tuned_on: str = ""
     gait: str = ""
+    own: Own = field(default_factory=Own)
 
     def __str__(self) -> str:
         console = screen(width=_WIDTH, color_system=None, force_terminal=False, file=StringIO())
         with console.capture() as shown:
             console.print(comparison_table(self))
-        return "\n".join(line.rstrip() for line in shown.get().splitlines())
+        table = "\n".join(line.rstrip() for line in shown.get().splitlines())
+        return f"{readings_text(self.own)}\n{table}" if self.own.references else table
 
     def __repr__(self) -> str:
         lines = [self.no_walk] if self.no_walk else []
@@ -84,13 +93,23 @@ class Comparison(Value):
         return f"<pre>{escape(str(self))}</pre>"
 
 
-def compare(result: Gait | str | Path) -> Comparison:
-    """Hold a walk against measured people of about its speed.
+def compare(
+    result: Gait | str | Path,
+    with_: str | Path | Sequence[str | Path] = (),
+    **options: Unpack[Options],
+) -> Comparison:
+    """Hold a walk against measured people of about its speed, and against own trials.
 
     Parameters
     ----------
     result : Gait, str or Path
         A gait, or the folder of a result, or its ``gait.npz``.
+    with_ : str, Path or sequence of them
+        Files of own trials, .mot, .sto, .trc, .c3d or .csv; those about one trial follow each
+        other. The cycles of all make a mean and a band of one standard deviation.
+    options
+        What the files do not say, as the options of ``human-gait compare``: ``units``, ``up``,
+        ``forward``, ``map``, ``events``, ``feet``, ``mass``, ``side``.
 
     Returns
     -------
@@ -101,13 +120,18 @@ def compare(result: Gait | str | Path) -> Comparison:
     ------
     ResultError
         If there is no gait that can be read, or it moves too little to be compared.
+    TrialError
+        If a file of a trial cannot be read, or leaves something open.
     """
+    files = [with_] if isinstance(with_, str | Path) else list(with_)
+    given = stated(**options)
+    own = own_trials(files, given) if files else Own()
     if isinstance(result, Gait):
-        return compare_gait(result, result.scenario.name)
-    return compare_gait(load_gait(result), str(result))
+        return compare_gait(result, result.scenario.name, own)
+    return compare_gait(load_gait(result), str(result), own)
 
 
-def compare_gait(gait: Gait, source: str) -> Comparison:
+def compare_gait(gait: Gait, source: str, own: Own = NO_TRIALS) -> Comparison:
     """Score a gait, which comes from a source that errors name, against the measured curves.
 
     Raises
@@ -116,12 +140,12 @@ def compare_gait(gait: Gait, source: str) -> Comparison:
         If it moves too little to be compared.
     """
     walk = gait.scenario.walk
-    found = compare_cycle(gait_cycle(gait), walk.speed, walk.step_length, source)
-    tuned = tuned_on(gait.scenario)
+    found = compare_cycle(gait_cycle(gait), walk.speed, walk.step_length, source, own)
+    tuned = tuned_by(gait)
     return replace(found, no_walk=no_walk(gait), tuned_on=tuned, gait=gait_digest(gait))
 
 
-def compare_to_folder(folder: str | Path) -> Table:
+def compare_to_folder(folder: str | Path, own: Own = NO_TRIALS) -> Table:
     """Compare the result in a folder, write ``compare.*`` into it and return the table.
 
     Raises
@@ -129,23 +153,25 @@ def compare_to_folder(folder: str | Path) -> Table:
     ResultError
         If there is no gait that can be read or compared, or a file beside it does not belong to it.
     """
-    comparison = compare_folder(folder)
+    comparison = compare_folder(folder, own)
     save_comparison(comparison, folder)
     return comparison_table(comparison)
 
 
-def compare_folder(folder: str | Path) -> Comparison:
-    """Score the result in a folder against the measured curves.
+def compare_folder(folder: str | Path, own: Own = NO_TRIALS) -> Comparison:
+    """Score the result in a folder against the measured curves, and own trials.
 
     Raises
     ------
     ResultError
         If there is no gait that can be read or compared, or a file beside it does not belong to it.
     """
-    return compare_gait(own_gait(Path(folder), COMPARISON), str(folder))
+    return compare_gait(own_gait(Path(folder), COMPARISON), str(folder), own)
 
 
-def compare_cycle(cycle: Cycle, speed: float, step_length: float, source: str) -> Comparison:
+def compare_cycle(
+    cycle: Cycle, speed: float, step_length: float, source: str, own: Own = NO_TRIALS
+) -> Comparison:
     """Score a gait cycle of a walk, by its speed [m/s] and step length [m], which has a source.
 
     Raises
@@ -153,13 +179,13 @@ def compare_cycle(cycle: Cycle, speed: float, step_length: float, source: str) -
     ResultError
         If it cannot be compared; with the source.
     """
-    measured = references_near(speed)
+    measured = (*references_near(speed), *own.references)
     try:
         found = tuple(score for reference in measured for score in scores(cycle, reference))
         steps = step_scores(cycle, speed, step_length)
     except ResultError as error:
         raise ResultError(f"{source}: {error}") from None
-    return Comparison(speed, step_length, cycle, measured, found, steps)
+    return Comparison(speed, step_length, cycle, measured, found, steps, own=own)
 
 
 def save_comparison(comparison: Comparison, folder: str | Path) -> None:
@@ -183,6 +209,10 @@ def _plain(comparison: Comparison) -> dict[str, Any]:
         "walking_speed_m_per_s": comparison.speed,
         "step_length_m": comparison.step_length,
         "references": [_source(reference) for reference in comparison.references],
+        "own": {
+            "notes": list(comparison.own.notes),
+            "read": [asdict(reading) for reading in comparison.own.readings],
+        },
         "scores": [asdict(score) for score in comparison.scores],
         "step": [asdict(step) | {"inside": step.inside} for step in comparison.step_scores],
     }

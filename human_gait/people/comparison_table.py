@@ -50,7 +50,7 @@ def comparison_table(comparison: Comparison) -> Table:
         padding=0,  # a row has room in 80 columns
         show_edge=False,
     )
-    table.add_column("curve")
+    table.add_column("curve", overflow="fold")
     for name in _COLUMNS:
         table.add_column(name, justify="right", no_wrap=True)
     for reference in comparison.references:
@@ -66,6 +66,7 @@ def _cells(score: Score) -> tuple[str, ...]:
     label, unit = label_and_unit(score.curve)
     digits = 1 if unit == "deg" else 2
     shares = (100.0 * score.within_1sd, 100.0 * score.within_2sd)
+    banded = math.isfinite(score.within_1sd)
     return (
         label.replace("moment", "mom."),
         f"{score.r:.2f}" if math.isfinite(score.r) else "-",
@@ -74,7 +75,7 @@ def _cells(score: Score) -> tuple[str, ...]:
         _pair(score.predicted_range, digits),
         _pair(score.measured_range, digits),
         _pair((score.predicted_peak_percent, score.measured_peak_percent), 0),
-        _pair(shares, 0),
+        _pair(shares, 0) if banded else "-",
     )
 
 

@@ -1,6 +1,7 @@
 """The gait cycle of a result over the measured curves, with their standard deviations."""
 
-from collections.abc import Iterable, Mapping, Sequence
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -14,6 +15,10 @@ PREDICTED = "#D55E00"
 _WARNING = "#B00020"
 _MEASURED = (("#0072B2", "--"), ("#00795A", "-."), ("#A94E86", ":"))
 """Colours of Okabe and Ito (safe for the colour-blind), dark enough to be read, and styles."""
+
+_OWN = (("#222222", "-"), ("#7A5C00", "--"), ("#4B3B8F", "-."), ("#5E5E5E", ":"))
+"""The same of own trials, which follow the built-in ones."""
+
 
 PANELS = (
     ("pelvis_tilt_anterior_deg", "pelvis_obliquity_up_deg", "pelvis_rotation_internal_deg"),
@@ -32,7 +37,7 @@ def compare_figure(cycle: Cycle, measured: Sequence[Reference], warning: str = "
     Parameters
     ----------
     cycle : mapping of str to (101,) array
-    measured : sequence of Reference, at most three
+    measured : sequence of Reference
         One that covers stance only is stretched over the predicted stance.
     warning : str
         Why it is no walk.
@@ -76,14 +81,21 @@ def draw_column(ax: Axes, column: str, cycle: Cycle, measured: Sequence[Referenc
     ax.set_xlim(0, 100)
     ax.tick_params(labelsize=8)
     ax.axhline(0.0, color="0.8", linewidth=0.8, zorder=0)
-    for reference, (colour, style) in zip(measured, _MEASURED, strict=False):
+    for reference, (colour, style) in zip(measured, _styles(), strict=False):
         if column in reference.curves:
             curve = reference.curves[column]
             percent = _over_cycle(curve, reference, cycle)
             below, above = curve.mean - curve.sd, curve.mean + curve.sd
             ax.fill_between(percent, below, above, color=colour, alpha=0.2, linewidth=0)
-            ax.plot(percent, curve.mean, style, color=colour, label=f"{reference.label}, mean ± SD")
+            band = "" if np.isnan(curve.sd).any() else ", mean ± SD"
+            ax.plot(percent, curve.mean, style, color=colour, label=f"{reference.label}{band}")
     ax.plot(cycle["gait_cycle_percent"], cycle[column], color=PREDICTED, lw=2, label="predicted")
+
+
+def _styles() -> Iterator[tuple[str, str]]:
+    """Yield a colour and a style for each reference: three built-in ones, then any number."""
+    yield from _MEASURED
+    yield from itertools.cycle(_OWN)
 
 
 def _over_cycle(curve: MeasuredCurve, reference: Reference, cycle: Cycle) -> FloatArray:
@@ -99,16 +111,17 @@ def _correlations(
     measured: Sequence[Reference],
     known: Mapping[tuple[str, str], Score],
 ) -> None:
-    """Write r in the colour of each reference, from the right end of the title leftwards."""
-    right = 1.0
-    for reference, (colour, _) in zip(measured, _MEASURED, strict=False):
+    """Write r in the colour of each reference, from the right end leftwards, own ones inside."""
+    beside = {True: 0, False: 0}
+    for k, (reference, (colour, _)) in enumerate(zip(measured, _styles(), strict=False)):
         found = known.get((reference.name, column))
         if found and np.isfinite(found.r):
+            own = k >= len(_MEASURED)  # inside the panel: above it is no more room
+            right, at_height = (0.99, 0.91) if own else (1.0, 1.01)
+            at = (right - 0.22 * beside[own], at_height)
             text = f"r = {found.r:.2f}"
-            ax.annotate(
-                text, (right, 1.01), xycoords="axes fraction", color=colour, fontsize=8, ha="right"
-            )
-            right -= 0.22
+            ax.annotate(text, at, xycoords="axes fraction", color=colour, fontsize=8, ha="right")
+            beside[own] += 1
 
 
 def _legend(figure: Picture, axes: Iterable[Axes]) -> None:

@@ -12,10 +12,10 @@ C. A. Fukuchi, R. K. Fukuchi, M. Duarte, "A public dataset of overground and tre
 kinematics and kinetics in healthy individuals", PeerJ 6 (2018) e4640.
 """
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -24,19 +24,21 @@ from human_gait.arrays import FloatArray
 from human_gait.exceptions import ResultError
 from human_gait.scenario import Scenario
 from human_gait.scenario.schema import HUMAN
+from human_gait.trials.profile import profile_of
 from human_gait.values import Value
+from human_gait.walk.gait import Gait
 from human_gait.walk.gait_cycle import COLUMNS
+from human_gait.walk.measured import tracked_words, was_measured, was_tracked
 
 Cycle = Mapping[str, FloatArray]
 
 STANCE_THRESHOLD = 0.05
 """Vertical force of a foot that stands, [BW]; the measured stance begins and ends near it."""
 
-_MEAN_COLUMN = re.compile(r"(\w+)_mean_(deg|Nm_per_kg|BW)")
-_OWN_SIGN = {  # columns in the sign of their source, which is ours: see measured/README.md
-    "foreaft_Fx_raw_BW": "foreaft_forward_BW",
-    "mediolateral_Fz_raw_BW": "mediolateral_medial_BW",
-}
+_CALIBRATED = (
+    "Some sizes of the formulation human are calibrated on the curves of Falisse et al. and "
+    "Fukuchi et al. at 1.2 m/s, which do not test it."
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,7 +50,7 @@ class MeasuredCurve(Value):
     percent : (n,) array
         Of the gait cycle, or of stance.
     mean, sd : (n,) array
-        In the unit that the name of the curve ends with.
+        In the unit that the name of the curve ends with; NaN for the SD of a single cycle.
     """
 
     percent: FloatArray
@@ -100,7 +102,8 @@ class Score(Value):
     predicted_peak_percent, measured_peak_percent : float
         When the greatest value is reached.
     within_1sd, within_2sd : float
-        Share of the time, 0 to 1, within so many standard deviations of the measured mean.
+        Share of the time, 0 to 1, within so many standard deviations of the measured mean; NaN
+        where there is no standard deviation.
     """
 
     reference: str
@@ -122,10 +125,20 @@ def tuned_on(*scenarios: Scenario) -> str:
     """Return in a sentence which measured curves had a say in walks, and so do not test them."""
     if all(scenario.objective.formulation != HUMAN for scenario in scenarios):
         return "No measured curve enters the prediction."
-    return (
-        "No measured motion is followed. Some sizes of the formulation human are calibrated on the "
-        "curves of Falisse et al. and Fukuchi et al. at 1.2 m/s, which do not test it."
-    )
+    return f"No measured motion is followed. {_CALIBRATED}"
+
+
+def tuned_by(*gaits: Gait) -> str:
+    """Return in sentences which measured curves had a say in walks, and which are measured."""
+    predicted = [gait for gait in gaits if not was_measured(gait)]
+    said = [f"{gait.scenario.name} is measured itself." for gait in gaits if was_measured(gait)]
+    said += [words for gait in predicted if (words := tracked_words(gait))]
+    asked = [gait.scenario for gait in predicted]
+    if asked and not any(was_tracked(gait) for gait in predicted):
+        said.append(tuned_on(*asked))
+    elif any(scenario.objective.formulation == HUMAN for scenario in asked):
+        said.append(_CALIBRATED)
+    return " ".join(said)
 
 
 def references() -> tuple[Reference, ...]:
@@ -161,19 +174,10 @@ def _reference(row: Mapping[str, str]) -> Reference:
 def _curves(table: str) -> dict[str, MeasuredCurve]:
     rows = data.rows(table, __package__)
     columns = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
-    percent = columns[next(iter(columns))]
-    curves = {}
-    for name, mean in columns.items():
-        if matched := _MEAN_COLUMN.fullmatch(name):
-            quantity, unit = matched.groups()
-            sd = _first(columns, f"{quantity}_sd_{unit}", f"{quantity}_sd_over_steps_{unit}")
-            key = f"{quantity}_{unit}"
-            curves[_OWN_SIGN.get(key, key)] = MeasuredCurve(percent, mean, sd)
-    return curves
-
-
-def _first(columns: Mapping[str, FloatArray], *names: str) -> FloatArray:
-    return next(columns[name] for name in names if name in columns)
+    read = profile_of(Path(table), columns)
+    return {
+        name: MeasuredCurve(read.percent, mean, read.sd[name]) for name, mean in read.mean.items()
+    }
 
 
 def scores(cycle: Cycle, reference: Reference) -> tuple[Score, ...]:
@@ -214,8 +218,8 @@ def score(reference: str, name: str, predicted: FloatArray, measured: MeasuredCu
         measured_range=(float(measured.mean.min()), float(measured.mean.max())),
         predicted_peak_percent=float(measured.percent[predicted.argmax()]),
         measured_peak_percent=float(measured.percent[measured.mean.argmax()]),
-        within_1sd=float(np.mean(np.abs(difference) <= measured.sd)),
-        within_2sd=float(np.mean(np.abs(difference) <= 2.0 * measured.sd)),
+        within_1sd=_share_within(difference, measured.sd),
+        within_2sd=_share_within(difference, 2.0 * measured.sd),
     )
 
 
@@ -224,6 +228,13 @@ def correlation(x: FloatArray, y: FloatArray) -> float:
     x, y = x - x.mean(), y - y.mean()
     norm = float(np.sqrt((x @ x) * (y @ y)))
     return float(x @ y) / norm if norm > 1e-12 else float("nan")
+
+
+def _share_within(difference: FloatArray, band: FloatArray) -> float:
+    """Return the share of the time within a band, NaN where there is none."""
+    if np.isnan(band).any():
+        return float("nan")
+    return float(np.mean(np.abs(difference) <= band))
 
 
 def _rms(x: FloatArray) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeAlias
 
 from human_gait.problem.balance_rows import SLIDING_FRICTION, TURNING_FRICTION
 from human_gait.problem.constraints import LIMITS, SYMMETRY
@@ -10,11 +11,17 @@ from human_gait.problem.own import RunningCost
 from human_gait.problem.posture_rows import STRENGTH
 from human_gait.problem.residual import Constraint
 from human_gait.problem.term import Term
+from human_gait.problem.tracking import Tracking
 from human_gait.walk.instant import Instants
 
+OwnCost: TypeAlias = RunningCost | Tracking | Term
+"""What can be added to the objective."""
 
-def as_term(cost: RunningCost | Term, guess: Instants) -> Term:
+
+def as_term(cost: OwnCost, guess: Instants, step_time: float) -> Term:
     """Return a cost as a term of the objective, if it can be used at instants like these."""
+    if isinstance(cost, Tracking):
+        return cost.term(step_time)
     return cost if isinstance(cost, Term) else cost.checked(guess).term()
 
 

@@ -41,13 +41,14 @@ from human_gait.problem.drake import (
     tell_sparsity,
 )
 from human_gait.problem.functions import WalkFunctions
-from human_gait.problem.given import as_term, of_kind, without_twins
+from human_gait.problem.given import OwnCost, as_term, of_kind, without_twins
 from human_gait.problem.impossible import refusals
 from human_gait.problem.objective import objective
 from human_gait.problem.own import PathConstraint, RunningCost
 from human_gait.problem.posture_rows import within_strength
 from human_gait.problem.residual import Constraint, Residual
 from human_gait.problem.term import Term
+from human_gait.problem.tracking import Tracking
 from human_gait.problem.units import COST_SCALE, units
 from human_gait.problem.violation import Violation, worst_row
 from human_gait.scenario import Scenario, scenario_of
@@ -98,12 +99,12 @@ class GaitProgram:
         scenario: Scenario,
         basis: Basis | None = None,
         dynamics: str = "pinocchio",
-        costs: Sequence[RunningCost | Term] = (),
+        costs: Sequence[OwnCost] = (),
         constraints: Sequence[PathConstraint] = (),
         *,
         like: GaitProgram | None = None,
     ) -> None:
-        of_kind("costs", costs, (RunningCost, Term))
+        of_kind("costs", costs, (RunningCost, Tracking, Term))
         of_kind("constraints", constraints, (PathConstraint,))
         grid = scenario.discretisation
         if basis is None:
@@ -119,7 +120,7 @@ class GaitProgram:
         self.reference: tuple[FloatArray, Instants] = self._first(like)
         # the problem: terms, constraints, units of the variables, and Drake's program of them
         self.terms = objective(scenario)
-        self.terms += [as_term(own, self.reference[1]) for own in costs]
+        self.terms += [as_term(own, self.reference[1], basis.step_time) for own in costs]
         self.constraints = paper_constraints(scenario, plan, self.times)
         self.constraints += [own.constraint(self.reference[1]) for own in constraints]
         without_twins(self.constraints)
@@ -358,7 +359,7 @@ def build_program(
     scenario: Scenario | str | Path,
     basis: Basis | None = None,
     dynamics: str = "pinocchio",
-    costs: Sequence[RunningCost | Term] = (),
+    costs: Sequence[OwnCost] = (),
     constraints: Sequence[PathConstraint] = (),
 ) -> GaitProgram:
     """Return the optimisation problem of a scenario.
@@ -371,7 +372,7 @@ def build_program(
         B-splines of the joint angles; by default those of the scenario's discretisation.
     dynamics : str
         ``pinocchio``, or ``dh`` for the paper's own recursion: the same numbers, more slowly.
-    costs : sequence of RunningCost
+    costs : sequence of RunningCost or Tracking
         Of one's own, added to the objective.
     constraints : sequence of PathConstraint
         Of one's own.

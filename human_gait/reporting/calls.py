@@ -19,6 +19,7 @@ from human_gait.terminal import screen
 from human_gait.walk.belonging import own_gait
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import folder_of
+from human_gait.walk.measured import measured_words
 
 _WIDTH = 100  # signs in a line of an explanation
 _FEW_LINES = 12
@@ -67,10 +68,10 @@ def explain(result: Gait | str | Path) -> Explanation:
         If there is no result that can be read, or a file in it is of another walk.
     """
     with _folders([result]) as (folder,):
-        own_gait(folder)
+        measured = measured_words(own_gait(folder))
         console = screen(width=_WIDTH, color_system=None, file=StringIO())
         with console.capture() as shown:
-            console.print(explained(folder), markup=False, highlight=False)
+            console.print(explained(folder, measured), markup=False, highlight=False)
         lines = (line.rstrip() for line in shown.get().splitlines())
         return Explanation(read_bounds(folder), "\n".join(lines))
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from human_gait.reporting.cells import Cell, Row, Table, by_result, groups, number
 from human_gait.reporting.results import Result
+from human_gait.walk.dimensionless import Dimensionless, dimensionless
 from human_gait.walk.energy import Energy
 from human_gait.walk.joint_work import JOINTS, LEG
 from human_gait.walk.metabolic import ERROR, ERROR_LARGEST, ERROR_RMS
@@ -25,6 +26,11 @@ Of = Callable[[Energy], float]
 
 def _row(name: str, of: Of, form: str = ".2f") -> Row:
     return name, lambda one: number(of(one.energy), form)
+
+
+def _alike(name: str, of: Callable[[Dimensionless], float]) -> Row:
+    """Return a row of a number that compares between people of any size."""
+    return name, lambda one: number(of(dimensionless(one.gait)), ".4f")
 
 
 def _nearest(k: int) -> Row:
@@ -66,6 +72,13 @@ _ROWS: Sequence[Row] = (
     *map(_nearest, range(_NEAREST)),
     _row("effort [N² m² s/(kg m)]", lambda e: e.per_kg_and_metre(e.effort), ".1f"),
     _row("effort, Eq. (18) [N² m² s]", lambda e: e.effort, ".1f"),
+    _alike("cost of transport, of weight and way", lambda d: d.cost_of_transport),
+    _alike("positive work, of weight and way", lambda d: d.positive_work),
+    _alike("peak hip extension moment, of weight and leg", lambda d: d.hip_extension),
+    _alike("peak knee extension moment, of weight and leg", lambda d: d.knee_extension),
+    _alike("peak ankle plantarflexion moment, of weight and leg", lambda d: d.ankle_plantarflexion),
+    _alike("peak L5/S1 extension moment, of weight and leg", lambda d: d.L5S1_extension),
+    _alike("effort, of (weight and leg)² √(leg / g), per leg length", lambda d: d.effort),
 )
 
 

@@ -18,7 +18,7 @@ import tomli_w
 from jinja2 import Environment, StrictUndefined
 
 from human_gait.exceptions import ResultError
-from human_gait.people.reference import references_near, tuned_on
+from human_gait.people.reference import references_near, tuned_by
 from human_gait.playback.page import page_marks, page_of
 from human_gait.playback.still import still_address
 from human_gait.reporting import (
@@ -35,6 +35,7 @@ from human_gait.results.folder import whole_file
 from human_gait.results.names import REPORT
 from human_gait.results.ours import check_free
 from human_gait.walk.described import no_walk
+from human_gait.walk.measured import was_measured
 
 _STARTS = {  # what the command cannot say
     "warm start": "It started from the walk of another result (--warm-from DIR), whose name is not "
@@ -42,6 +43,9 @@ _STARTS = {  # what the command cannot say
     "given start": "It started from a motion that was given (refine, or predict --solver all); "
     "the command starts from a guess of its own.",
 }
+
+
+_FITTED = "With the options that it was fitted with, which are not recorded."
 
 
 @dataclass(frozen=True)
@@ -116,7 +120,8 @@ def _view(results: Sequence[Result]) -> dict[str, Any]:
         **page_marks(gaits),
         "results": results,
         "no_walk": no_walk,
-        "tuned_on": tuned_on(*(gait.scenario for gait in gaits)),
+        "was_measured": was_measured,
+        "tuned_on": tuned_by(*gaits),
         "title": ", ".join(labels),
         "tables": tables,
         "check_tables": check_tables,
@@ -140,6 +145,10 @@ def _view(results: Sequence[Result]) -> dict[str, Any]:
 
 def _recipe(one: Result) -> Recipe:
     scenario, outcome = one.gait.scenario, one.outcome
+    packages = tuple(f"{package}=={version}" for package, version in outcome.versions.items())
+    if found := was_measured(one.gait):
+        given = " ".join(map(shlex.quote, found["files"]))
+        return Recipe(one.label, "", "", f"human-gait fit {given}", _FITTED, packages)
     file = f"{scenario.name}.toml"
     options = f"--solver {outcome.first_solver} --dynamics {outcome.dynamics} --seed {outcome.seed}"
     folder = shlex.quote(f"out/{scenario.name}")
@@ -149,5 +158,5 @@ def _recipe(one: Result) -> Recipe:
         tomli_w.dumps(scenario.to_dict()),
         f"human-gait predict {shlex.quote(file)} {options} --out {folder}",
         _STARTS.get(outcome.trials[0].start if outcome.trials else "", ""),
-        tuple(f"{package}=={version}" for package, version in outcome.versions.items()),
+        packages,
     )

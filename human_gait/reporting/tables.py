@@ -20,7 +20,9 @@ from human_gait.reporting.cells import (
 from human_gait.reporting.outcome import Finding
 from human_gait.reporting.results import Result
 from human_gait.settings.departures import departures
+from human_gait.walk.dimensionless import froude_number
 from human_gait.walk.gait_cycle import COLUMNS
+from human_gait.walk.measured import was_measured
 
 _BOUNDS = 12  # of those that shape a walk
 
@@ -35,6 +37,9 @@ _ASKED: Sequence[Row] = (
     ("sex", lambda one: Cell(one.gait.scenario.subject.sex)),
     ("stature [m]", lambda one: number(one.gait.scenario.subject.stature, "g")),
     ("body mass [kg]", lambda one: number(one.gait.scenario.subject.mass, "g")),
+    ("leg length [m]", lambda one: number(one.gait.scenario.subject.leg_length)),
+    ("lengths that do not follow from the stature [m]", lambda one: Cell(_own_lengths(one))),
+    ("Froude number", lambda one: number(_froude(one))),
     ("load [kg]", lambda one: number(one.gait.scenario.load.mass, "g")),
     (
         "friction of the floor [coefficient]",
@@ -49,6 +54,15 @@ _ASKED: Sequence[Row] = (
     ("solver", lambda one: Cell(one.outcome.first_solver)),
     ("dynamics", lambda one: Cell(one.outcome.dynamics)),
 )
+
+
+def _own_lengths(one: Result) -> str:
+    lengths = one.gait.scenario.subject.own_lengths
+    return ", ".join(f"{name} {length:.4g}" for name, length in lengths.items()) or "none"
+
+
+def _froude(one: Result) -> float:
+    return froude_number(one.gait.scenario.subject, one.gait.scenario.walk.speed)
 
 
 def _own_limits(one: Result) -> str:
@@ -78,8 +92,12 @@ def solved(results: Sequence[Result]) -> Table:
     return by_result("solved", results, _SOLVED)
 
 
+def _outcome(one: Result) -> Cell:
+    return Cell("measured") if was_measured(one.gait) else _verdict(one.outcome.success)
+
+
 _SOLVED: Sequence[Row] = (
-    ("outcome", lambda one: _verdict(one.outcome.success)),
+    ("outcome", _outcome),
     ("checks passed", lambda one: _passed(one.outcome.checks)),
     ("solving time [s]", lambda one: number(one.outcome.wall_time, ".1f")),
     ("found by", lambda one: Cell(one.outcome.solver)),

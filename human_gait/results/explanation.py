@@ -25,14 +25,20 @@ _NOTE = (
 )
 
 
-def explained(folder: Path) -> RenderableType:
+def explained(folder: Path, measured: str = "") -> RenderableType:
     """Return the table of what shapes a walk, or the diagnosis of a solve that found none.
+
+    Of a walk that was `measured`, in a sentence, there is nothing to explain but that.
 
     Raises
     ------
     ResultError
         If a file is missing, as in results of older versions, or damaged.
     """
+    if measured:
+        return (
+            f"{measured}\nNothing was optimised: people walk like this, no bound of ours shapes it."
+        )
     failure = _failure(read_json(folder / SUMMARY, VERDICT))
     return failure or _shapes(read_json(folder / EXPLANATION, EXPLANATION_SHAPE))
 

@@ -22,6 +22,9 @@ COMPARISON_JSON, COMPARISON_CSV, COMPARISON_PNG = "compare.json", "compare.csv",
 COMPARISON = (COMPARISON_JSON, COMPARISON_CSV, COMPARISON_PNG)
 """What the comparison with people writes."""
 
+STUDY, INDEX, CYCLES, WALKS = "study.toml", "index.parquet", "cycles.parquet", "walks"
+"""In the folder of a study: what was asked, a row a walk, their curves, and a file of each."""
+
 PLOTS = (
     *("stick_diagram.png", "joint_torques.png", "joint_angles.png"),
     *("ground_reaction.png", "zmp.png"),

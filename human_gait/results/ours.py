@@ -31,6 +31,7 @@ _BEGINNINGS = (  # of files of all versions that have no digest
     rb"\Areference,curve,r,rmse,rmse_offset_free,",
     rb'"scores": \[\s+\{\s+"reference": .*"rmse_offset_free": ',
     rb"<title>[^<]* \xe2\x80\x93 predicted walking</title>",  # report.html
+    rb"<title>[^<]* \xe2\x80\x93 findings of a study</title>",  # report.html of a study
     rb"--accent: #0a62a8; --on-accent: #fff;",  # playback.html
     rb'<Model name="human">',
     rb'<ExternalLoads name="ground_reaction">',

@@ -139,12 +139,21 @@ _ESTIMATE: Mapping[str, Shape] = {
     **dict.fromkeys(("from", "unit", "constraint"), str),
     **dict.fromkeys(("cost_error", "largest_violation", "time_s"), float),
 }
+MEASURED_SHAPE: Mapping[str, Shape] = {
+    "what": str,
+    "files": Many(str),
+    "not_kept": Many(str),
+}
+"""What a gait was fitted to, if it was measured."""
+
 SOLUTION_SHAPE: Mapping[str, Shape] = {
     **{key: Maybe(shape) for key, shape in FOUND.items()},
     **dict.fromkeys(("solver", "status", "digest"), Maybe(str)),
     **dict.fromkeys(("cost", "wall_time_s"), Maybe(float)),
     "own_bounds": Maybe(Many(_BOUND)),
     "estimate": Maybe(_ESTIMATE),
+    "measured": Maybe(MEASURED_SHAPE),
+    "tracked": Maybe({"what": str, "weight": float}),
 }
 """How a gait was found, in its own file; a gait that was made by hand knows less."""
 

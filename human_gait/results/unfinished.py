@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-MARK = f".new-{platform.node()}-"
+MARK = f".new-{platform.node()}="
 """Part of the name of everything unfinished; the number of the process that writes it follows."""
 
 
@@ -62,6 +62,14 @@ def sweep(target: Path) -> None:
             for path in folder.iterdir():
                 if path.name.startswith(_prefix(target)) and not _lives(path.name):
                     _remove(path)
+
+
+def sweep_folder(folder: Path) -> None:
+    """Remove what killed runs of this computer have left unfinished in a folder, of any target."""
+    with suppress(OSError):
+        for path in folder.iterdir():
+            if path.name.startswith(".") and MARK in path.name and not _lives(path.name):
+                _remove(path)
 
 
 def _lives(name: str) -> bool:

@@ -22,6 +22,12 @@ def shipped_scenarios() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob(f"*{_ENDING}"))}
 
 
+def shipped_studies() -> dict[str, Path]:
+    """Return the files of the studies that come with the package, by name."""
+    folder = (_PACKED if _PACKED.is_dir() else _EDITED) / "studies"
+    return {path.stem: path for path in sorted(folder.glob(f"*{_ENDING}"))}
+
+
 def scenario_file(path: str | Path) -> Path:
     """Return the file that is meant: `path`, or the shipped scenario of that name.
 

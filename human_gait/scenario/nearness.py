@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from human_gait.scenario.limits import range_rule
 from human_gait.scenario.schema import Section
 from human_gait.scenario.whole import Scenario
+
+NEAR = 0.1
+"""Distance within which a walk is a start: 0.2 m/s, 0.18 m of the step, 9 kg."""
 
 
 class Place(NamedTuple):
@@ -46,7 +49,8 @@ class Place(NamedTuple):
 def _sort(section: Section, kind: list[object], numbers: list[float]) -> None:
     """Add each setting of a section to what it belongs to."""
     for name in section.kinds():
-        value, rule = getattr(section, name), section.rule(name)
+        value: Any = section.place(name)
+        rule = section.rule(name)
         if "range" in rule:
             numbers += _parts(value if isinstance(value, tuple) else (value,), *rule["range"])
         else:

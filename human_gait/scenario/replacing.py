@@ -15,7 +15,8 @@ def changed_table(
 ) -> dict[str, Any]:
     """Return a scenario as a table in which some settings are changed.
 
-    What is as by default is left out: it follows from what is changed.
+    What is as by default is left out: it follows from what is changed. So does what a changed
+    setting leads (`Section.leads`).
 
     Parameters
     ----------
@@ -40,6 +41,8 @@ def changed_table(
                 raise ScenarioError(key, "is given twice")
             found[key] = value
     refuse(errors)
+    for key in found:
+        _make_way(table, whole, key)
     for key in sorted(found, key=lambda key: "." in key):  # sections first: keys change them
         _put(table, key, found[key])
     return table
@@ -54,6 +57,14 @@ def departing(whole: Section, about: About) -> dict[str, Any]:
             if section.follows(key, about):
                 table[name].pop(key, None)
     return table
+
+
+def _make_way(table: dict[str, Any], whole: Section, key: str) -> None:
+    """Take out what follows from a setting that is given anew."""
+    name, _, setting = key.partition(".")
+    kind = whole.sections().get(name)
+    for led in kind.leads.get(setting, ()) if kind else ():
+        table[name].pop(led, None)
 
 
 def _put(table: dict[str, Any], key: str, value: Any) -> None:

@@ -73,6 +73,8 @@ class Section:
     """A table of settings whose values are checked whenever one is made."""
 
     root: ClassVar[bool] = False
+    leads: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Settings that others follow from, and give way to where they are changed."""
     _given: ClassVar[frozenset[str]] = frozenset()  # of each instance its own
 
     def __new__(cls, *args: object, **named: object) -> Self:
@@ -211,12 +213,21 @@ class Section:
         for name, kind in self.kinds().items():
             value, default = getattr(self, name), default_of(type(self), name, _FIRST.formulation)
             if _is_section(kind) and default is not MISSING:
-                default = default.completed(_FIRST)
+                default = kind.first(default)
             if default is not MISSING and value == default:
                 table.pop(name, None)
             elif isinstance(value, Section):
                 table[name] = value.own_table()
         return table
+
+    @classmethod
+    def first(cls, default: Self) -> Self:
+        """Return a section by default as it was in the first versions."""
+        return default.completed(_FIRST)
+
+    def place(self, name: str) -> object:
+        """Return a setting as it counts where scenarios are compared: as it is."""
+        return getattr(self, name)
 
     @classmethod
     def kinds(cls) -> dict[str, Any]:

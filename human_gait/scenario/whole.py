@@ -112,12 +112,18 @@ class Scenario(Section):
     def from_record(cls, table: object) -> Scenario:
         """Make the scenario of a result from the tables that are stored with it.
 
-        Those of results that are older than the formulations name none: it is ``effort``.
+        Those of results that are older than the formulations name none: it is ``effort``. Who is
+        not named is the person of the first versions.
         """
-        objective = table.get("objective", {}) if isinstance(table, Mapping) else None
-        if isinstance(table, Mapping) and isinstance(objective, Mapping):
-            table = {**table, "objective": {"formulation": "effort", **objective}}
-        return cls.from_table(table)
+        if not isinstance(table, Mapping):
+            return cls.from_table(table)
+        whole = dict(table)
+        objective, subject = (table.get(name, {}) for name in ("objective", "subject"))
+        if isinstance(objective, Mapping):
+            whole["objective"] = {"formulation": "effort", **objective}
+        if isinstance(subject, Mapping):
+            whole["subject"] = Subject.recorded(subject)
+        return cls.from_table(whole)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the scenario as plain tables, lists, numbers and text."""

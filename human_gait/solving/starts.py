@@ -26,7 +26,7 @@ from itertools import chain, count, islice
 import numpy as np
 
 from human_gait.arrays import FloatArray
-from human_gait.body.skeleton import GRAVITY, N_DOF
+from human_gait.body.skeleton import N_DOF, index
 from human_gait.checks.check import Check, Kind
 from human_gait.checks.verification import verify
 from human_gait.problem.program import GaitProgram
@@ -39,12 +39,15 @@ from human_gait.solving.warm_start import adapted, fitting, stretched
 from human_gait.solving.watch import FEASIBLE, Tell
 from human_gait.stopping import running, under_way
 from human_gait.walk.bspline import Basis
+from human_gait.walk.dimensionless import comfortable_walk
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import make_record
 
 Run = Callable[..., Solution]
 
 OWN_GUESS, GIVEN, WARM = "own guess", "given start", "warm start"
+GUESSED = "given guess"
+"""What a rung is called whose guess is given instead of the own one."""
 _PATHS: dict[str, tuple[float, float] | None] = {
     OWN_GUESS: None,
     "own guess, by a posture path": POSTURE,
@@ -52,12 +55,12 @@ _PATHS: dict[str, tuple[float, float] | None] = {
     "own guess, more gently": (1.0, 1.0),
 }
 _STRIDES = (0.0, 0.5, 1.0)  # of the way from comfortable walking to the walk that is asked for
-_COMFORTABLE_SPEED, _COMFORTABLE_STEP = 0.4, 0.71  # of sqrt(g l) and of l, the length of the leg
 _RANDOM_STARTS = 2
 _HELD: Mapping[Kind, Callable[[GaitProgram], GaitProgram]] = {
     Kind.FRICTION: GaitProgram.with_friction,
     Kind.STRENGTH: GaitProgram.with_strength,
 }
+_HEIGHT = index("pelvis_ty")
 _SHAKEN = 8  # control points at most that are disturbed
 _SAMPLES = 101  # of a step
 _DISTURBANCE = 0.1  # standard deviation of every control point, [rad] or [m]
@@ -92,6 +95,17 @@ def from_walk(gait: Gait, program: GaitProgram) -> Start:
     multipliers = fitting(gait.multipliers, program) if gait.multipliers else {}
     most = WARM_ITERATIONS if multipliers else None
     return Start(WARM, adapted(gait, program), multipliers, alone=False, most_iterations=most)
+
+
+def guess_of(gait: Gait, program: GaitProgram) -> FloatArray:
+    """Return the motion of a gait, a walk or not, as a guess of a program, (m * 55,).
+
+    The pelvis of a person with longer legs is higher by as much.
+    """
+    points = adapted(gait, program).reshape(-1, N_DOF)
+    legs = program.scenario.subject.leg_length / gait.scenario.subject.leg_length
+    points[:, _HEIGHT] *= legs
+    return np.clip(points, *program.limits).ravel()
 
 
 @dataclass(frozen=True)
@@ -131,14 +145,16 @@ class Attempt:
         return max(violation.value for violation in self.solution.violations) <= FEASIBLE
 
 
-def climb(
+def climb(  # noqa: PLR0913, options that are given by name
     program: GaitProgram,
     solver: str = "newton",
     start: Start | None = None,
     seed: int = 0,
     tell: Callable[[str], Tell | None] = lambda _: None,
     guess: FloatArray | None = None,
+    *,
     starts: int = 1,
+    tries: int | None = None,
 ) -> list[Attempt]:
     """Solve a program from one start after another until there is a walk, or several.
 
@@ -157,6 +173,8 @@ def climb(
         Free control points instead of the program's own guess on the first rungs.
     starts : int
         How many to solve from: the first one that leads to a walk, and others after it.
+    tries : int, optional
+        How many of the ladder's own rungs there are at most; else all.
 
     Returns
     -------
@@ -171,7 +189,7 @@ def climb(
     KeyboardInterrupt
         If there is nothing to keep yet.
     """
-    rungs = own_starts(program, solver, seed, guess)
+    rungs: Iterator[tuple[str, Run]] = islice(own_starts(program, solver, seed, guess), tries)
     if start is not None:
         given = partial(
             solve,
@@ -241,7 +259,8 @@ def own_starts(
     for name, weights in _PATHS.items():
         if weights == POSTURE and solver != "newton":
             continue  # the others take this path anyway
-        yield name, partial(solve, program, solver, guess=first, weights=weights)
+        called = name if first is None else name.replace(OWN_GUESS, GUESSED)
+        yield called, partial(solve, program, solver, guess=first, weights=weights)
     yield "continuation", partial(continued, program, solver)
     rng = np.random.default_rng(seed)
     for n in range(1, _RANDOM_STARTS + 1):
@@ -358,15 +377,13 @@ def refined(program: GaitProgram, solver: str, tell: Tell | None = None) -> Solu
 def on_the_way(scenario: Scenario, share: float) -> Scenario:
     """Return a walk between comfortable, unladen walking (share 0) and a scenario (share 1).
 
-    Comfortable speed and step grow with the leg as in walkers of equal Froude number v^2 / (g l).
+    Comfortable speed and step grow with the leg (`comfortable_walk`).
     """
-    leg, walk = scenario.subject.leg_length, scenario.walk
-    speed = _COMFORTABLE_SPEED * np.sqrt(GRAVITY * leg)
-    step = _COMFORTABLE_STEP * leg
+    walk, easy = scenario.walk, comfortable_walk(scenario.subject)
     between = replace(
         walk,
-        speed=float(speed + share * (walk.speed - speed)),
-        step_length=float(step + share * (walk.step_length - step)),
+        speed=easy.speed + share * (walk.speed - easy.speed),
+        step_length=easy.step_length + share * (walk.step_length - easy.step_length),
     )
     load = replace(scenario.load, mass=share * scenario.load.mass)
     return replace(scenario, walk=between, load=load)

@@ -13,6 +13,7 @@ from human_gait.body.limits import mirrored_limits
 from human_gait.checks.check import NO_LIMIT, Check
 from human_gait.exceptions import ResultError
 from human_gait.problem.program import GaitProgram
+from human_gait.problem.tracking import Tracking
 from human_gait.results.names import GAIT_FILE
 from human_gait.settings.departures import departures
 from human_gait.solving.diagnosis import check_text, not_kept, suggestions, violation_text
@@ -23,6 +24,7 @@ from human_gait.walk.described import gait_digest, with_story
 from human_gait.walk.energy import energy
 from human_gait.walk.gait import Gait
 from human_gait.walk.gait_file import load_record, save_gait
+from human_gait.walk.measured import TRACKED, was_measured
 
 OWN_BOUNDS = "own_bounds"
 """Of the solution of a gait: what its bounds of one's own cost, which no file has as functions."""
@@ -118,6 +120,8 @@ def checks_content(checks: list[Check]) -> dict[str, dict[str, Any]]:
 def diagnosis_content(attempt: Attempt) -> dict[str, Any]:
     """Return which constraints and checks failed, when and by how much, and what to try."""
     program, solution, checks = attempt.program, attempt.solution, attempt.checks
+    if found := was_measured(solution.gait):
+        return {"not_kept": list(found["not_kept"]), "try": []}
     scenario, T = program.scenario, program.basis.step_time
     broken = [violation_text(worst, T) for worst in not_kept(scenario, solution.violations)]
     failed = [check_text(check, T) for check in checks if not check.passed]
@@ -159,6 +163,7 @@ def found_gait(kept: Attempt, seed: int, attempts: Sequence[Attempt] = ()) -> Ga
         evaluations=solution.evaluations,
         **(spread(attempts) if attempts else {}),
         **own_bounds(program, solution),
+        **followed(program),
     )
 
 
@@ -176,6 +181,12 @@ def save_found(kept: Attempt, seed: int, folder: Path) -> Gait:
     if read.altered or gait_digest(read.gait) != gait_digest(gait):
         raise ResultError(f"{folder / GAIT_FILE}: is not as it was written: is the disk damaged?")
     return gait
+
+
+def followed(program: GaitProgram) -> dict[str, Any]:
+    """Return which walk a program follows and with what weight, to keep with its gait."""
+    own = next((cost for cost in program.own_costs if isinstance(cost, Tracking)), None)
+    return {TRACKED: {"what": own.what, "weight": float(own.weight)}} if own else {}
 
 
 def own_bounds(program: GaitProgram, solution: Solution) -> dict[str, Any]:

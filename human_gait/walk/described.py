@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from human_gait.results.sealed import digest_of
+from human_gait.walk.measured import MEASURED_TITLE, was_measured
 
 if TYPE_CHECKING:
     from human_gait.walk.gait import Gait
@@ -53,6 +54,9 @@ def gait_digest(gait: Gait) -> str:
     words = json.dumps(asked, sort_keys=True)
     arrays = (np.asarray(array, dtype="<f8") + 0.0 for array in (gait.breaks, gait.control_points))
     motion = b"".join(array.tobytes() for array in arrays)  # + 0.0: no -0
+    if gait.forces is not None:
+        of_forces = gait.forces.force, gait.forces.point, gait.forces.free_moment
+        motion += b"".join((np.asarray(x, dtype="<f8") + 0.0).tobytes() for x in of_forces)
     return digest_of(words.encode("utf-8", "surrogatepass") + motion)
 
 
@@ -77,13 +81,17 @@ def was_changed(gait: Gait) -> bool:
 
 
 def no_walk(gait: Gait) -> str:
-    """Return why a gait is no walk, in one sentence, for all that is made from it; else nothing.
+    """Return why a gait is no predicted walk, in a sentence, for all made from it; else nothing.
+
+    Of one that was measured it says that.
 
     It is none if it was found to be none, if its solver gave up, or if its motion or scenario is
     not that which was found. Of a gait that does not know how it was found nothing is said.
     """
     found = gait.solution
     solver, status = str(found.get("solver", "")), str(found.get("status", "status unknown"))
+    if was_measured(gait) and not was_changed(gait):
+        return MEASURED_TITLE
     if ESTIMATE in found:
         return "This is no walk: it is an estimate, one step from a walk that was found."
     content = status.startswith(_CONTENT.get(solver, ("",)))

@@ -18,6 +18,7 @@ from human_gait.walk.bspline import Basis
 from human_gait.walk.contact_plan import ContactPlan
 from human_gait.walk.cycle import Cycle, step_cycle
 from human_gait.walk.instant import Instants, Walker
+from human_gait.walk.measured import GroundForces, under_forces
 from human_gait.walk.uses import Uses
 
 REFINEMENT = 10
@@ -82,6 +83,8 @@ class Gait(Uses, Value):
         How it was found: solver, status, cost, wall time, ...
     multipliers : mapping of str to (n,) array, [N^2 m^2 s] per unit of the bound
         What each bound costs, by name of its constraint: a solve that starts from here needs them.
+    forces : GroundForces or None
+        Those of the ground, of a walk whose forces were measured; else those that the motion takes.
     """
 
     scenario: Scenario
@@ -89,6 +92,7 @@ class Gait(Uses, Value):
     control_points: FloatArray
     solution: Mapping[str, Any] = field(default_factory=dict, compare=False)
     multipliers: Mapping[str, FloatArray] = field(default_factory=dict, compare=False)
+    forces: GroundForces | None = None
 
     @property
     def step_time(self) -> float:
@@ -203,7 +207,14 @@ class Gait(Uses, Value):
         """Return the gait at times t (K,) within the first step, its end T included."""
         some = t if len(t) else np.zeros(1)  # of no times the shapes are those of one
         parts = [some[k : k + _CHUNK] for k in range(0, len(some), _CHUNK)]
-        return _joined([samples(self.step_instants(part), part) for part in parts], len(t))
+        return _joined([self._samples(part) for part in parts], len(t))
+
+    def _samples(self, t: FloatArray) -> Samples:
+        now = self.step_instants(t)
+        found = samples(now, t)
+        if self.forces is None:
+            return found
+        return under_forces(found, now, self.forces, t / self.step_time, self.plan.balls)
 
     def step_instants(self, t: FloatArray) -> Instants:
         """Return everything known at times t (K,) within the first step, with partials."""

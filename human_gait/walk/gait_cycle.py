@@ -118,6 +118,15 @@ FURTHER: tuple[str, ...] = (
 POWERS, TRUNK_MOMENTS = tuple(_POWERS), tuple(_TRUNK)
 """Columns with the powers of the right leg, and with the moments of L5/S1."""
 
+ANGLES: Signed = {**_PELVIS_AND_LEG, **_ARM, **_FURTHER_ANGLES}
+"""Degree of freedom and its sign by column of the angles, but for the lean of the trunk."""
+
+MOMENTS: Signed = {**_MOMENTS, **_FURTHER_MOMENTS}
+"""The same of the moments of the right leg."""
+
+FORCES: Mapping[str, int] = _FORCES
+"""Axis of the world by column of the ground reaction."""
+
 _FORCE_LABELS = {
     "vertical_up": "vertical force",
     "foreaft_forward": "forward force",

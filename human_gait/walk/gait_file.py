@@ -23,6 +23,7 @@ from human_gait.scenario import Scenario
 from human_gait.values import Value
 from human_gait.walk.bspline import DEGREE
 from human_gait.walk.gait import Gait, Samples
+from human_gait.walk.measured import GroundForces
 
 FORMAT = "human_gait gait 2"
 _ABOUT = """One step of a predicted walk, left heel strike (t = 0) to right heel strike (t = T).
@@ -33,10 +34,14 @@ Sampled at t: q, v, a, tau (joint torques with ground reaction), active (without
 torques), zmp (x, y, z), and for the right and the left foot grf, cop (centre of pressure),
 yaw_moment, toe_share (of force and moment) and points (heel, ball_medial, ball_lateral, toe).
 footholds: where these points stand. mass: of the 55 links, the load with the thorax.
+Of a walk whose ground reaction was measured: measured_force, measured_point (x, z) and
+measured_free_moment of the right and the left foot, at even times from 0 to T.
 scenario and solution are JSON; so are digests, the sha256 of every other member."""
 _FARTHEST = 25.0  # [rad] or [m], more than joints can be allowed
 _CLOSEST = 5e-3  # of the step: two samples or more to every piece
 _DIGESTS = "digests"
+_FORCES = {"force": (2, 3), "point": (2, 2), "free_moment": (2,)}  # of one time
+_MOST_TIMES = 10_000
 _SHOWN_NAME = 40
 _SHAPES: dict[str, tuple[int, ...]] = {  # of the samples of one instant
     **dict.fromkeys(("q", "v", "a", "tau", "active"), (N_DOF,)),
@@ -106,6 +111,7 @@ def members_of(record: Record) -> dict[str, npt.NDArray[Any]]:
         "mass": record.mass,
         "footholds": record.footholds,
         **{item.name: getattr(record.samples, item.name) for item in fields(Samples)},
+        **({f"measured_{x}": getattr(gait.forces, x) for x in _FORCES} if gait.forces else {}),
     }
 
 
@@ -211,10 +217,20 @@ def _gait(file: Mapping[str, Any]) -> Gait:
         raise ValueError(f"breaks of shape {breaks.shape} do not fit the control points asked for")
     if np.abs(control_points).max() > _FARTHEST:
         raise ValueError(f"control_points beyond {_FARTHEST:g} rad or m are no gait")
-    gait = Gait(scenario, breaks, control_points, solution)
+    gait = Gait(scenario, breaks, control_points, solution, forces=_forces(file))
     if not np.allclose(numbers(file, "knots", gait.knots.shape), gait.knots, rtol=0.0, atol=1e-9):
         raise ValueError("knots do not fit the breaks")
     return gait
+
+
+def _forces(file: Mapping[str, Any]) -> GroundForces | None:
+    """Return the forces of the ground that were measured, if the file has any."""
+    if "measured_force" not in file:
+        return None
+    n = len(numbers(file, "measured_force"))
+    if not 2 <= n <= _MOST_TIMES:
+        raise ValueError(f"measured_force has {n} times, must have 2 to {_MOST_TIMES}")
+    return GroundForces(*(numbers(file, f"measured_{x}", (n, *_FORCES[x])) for x in _FORCES))
 
 
 def check_splines(scenario: Scenario, breaks: FloatArray, control_points: FloatArray) -> None:

@@ -1,0 +1,1 @@
+"""Measured trials: read from the files of laboratories, named and cut into gait cycles."""
