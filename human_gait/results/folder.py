@@ -45,8 +45,9 @@ def replaced_folder(
     target = Path(os.path.realpath(folder))
     there = target.is_dir()
     try:
-        new = _made(target)
-        try:
+        new = _place(target)
+        try:  # an interruption may come as soon as the folder is there
+            _make(new, target)
             yield new
             _sync(new)
             with uninterrupted():
@@ -130,8 +131,9 @@ def try_folder(folder: Path, names: Collection[str], room: int) -> None:
             path.mkdir()
             made.append(path)
         make_folder(target)
-        new = _made(target)
+        new = _place(target)
         try:
+            _make(new, target)
             (new / max((Path(name).name for name in names), key=len)).write_bytes(bytes(room))
         finally:
             shutil.rmtree(new, ignore_errors=True)
@@ -141,16 +143,20 @@ def try_folder(folder: Path, names: Collection[str], room: int) -> None:
                 path.rmdir()
 
 
-def _made(target: Path) -> Path:
-    """Return a new empty folder beside the target, or in it if that cannot be renamed."""
+def _place(target: Path) -> Path:
+    """Return where a new folder is to be: beside the target, or in it if that cannot be renamed."""
     make_folder(target.parent)
     new = unfinished(target)
     if target.is_dir() and not (can_move(target) and _is_small(target)):
-        new = target / new.name
+        return target / new.name
+    return new
+
+
+def _make(new: Path, target: Path) -> None:
+    """Make a new empty folder, open to those who may see the target."""
     new.mkdir()
     if target.is_dir():
         shutil.copymode(target, new)
-    return new
 
 
 def can_move(folder: Path) -> bool:
