@@ -23,7 +23,8 @@ from human_gait.studies.engine import (
     workers_here,
     workers_of,
 )
-from human_gait.studies.index import columns, parquet, write_index
+from human_gait.studies.extra import parquet
+from human_gait.studies.index import columns, write_index
 from human_gait.studies.limits import parse_limits
 from human_gait.studies.opened import Study, open_study
 from human_gait.studies.plan import Job, Plan, package_version, plan_of
@@ -264,7 +265,7 @@ def workers_for(workers: int | None, scheduler: str | None) -> Iterator[tuple[Fi
             yield partial(find_by_dask, client=client), dashboard(client)
 
 
-def write(begun: Begun, tell: Callable[[int], None] = lambda _: None) -> int:
+def write(begun: Begun) -> int:
     """Write the index of all walks of a study that are there, and return how many."""
     there = begun.store.keys() & {job.key for job in begun.whole.jobs}
-    return write_index(begun.whole, begun.store, there, tell) if there else 0
+    return write_index(begun.whole, begun.store, there) if there else 0

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 from human_gait.exceptions import GaitError
+from human_gait.studies.extra import dask
 from human_gait.studies.plan import Job
 from human_gait.studies.store import Store
 from human_gait.studies.work import Terms, Told, find, lost
@@ -147,7 +148,7 @@ class _Workers:
 @contextmanager
 def workers_here(count: int) -> Iterator[Client]:
     """Yield a client of workers that are started for it on this computer, a process each."""
-    dask = _dask()
+    whole, distributed = dask()
     with ExitStack() as closing:
         scratch = closing.enter_context(tempfile.TemporaryDirectory(prefix="human-gait-"))
         settings = {
@@ -156,10 +157,10 @@ def workers_here(count: int) -> Iterator[Client]:
             "distributed.comm.timeouts.connect": "60s",
             "distributed.nanny.pre-spawn-environ": _one_thread_each(),
         }
-        closing.enter_context(dask.config.set(settings))
+        closing.enter_context(whole.config.set(settings))
         closing.enter_context(_script_hidden())
         cluster = closing.enter_context(
-            dask.LocalCluster(
+            distributed.LocalCluster(
                 n_workers=count,
                 threads_per_worker=1,
                 memory_limit=0,
@@ -168,7 +169,7 @@ def workers_here(count: int) -> Iterator[Client]:
                 silence_logs=logging.CRITICAL,
             )
         )
-        yield closing.enter_context(dask.Client(cluster))
+        yield closing.enter_context(distributed.Client(cluster))
 
 
 @contextmanager
@@ -197,9 +198,9 @@ def workers_of(address: str) -> Iterator[Client]:
     GaitError
         If nobody answers there, or it has no workers.
     """
-    dask = _dask()
+    _, distributed = dask()
     try:
-        client = dask.Client(address, timeout=_WAIT)
+        client = distributed.Client(address, timeout=_WAIT)
     except (OSError, ValueError, TimeoutError):
         raise GaitError(f"--scheduler {address}: no Dask scheduler answers there") from None
     with client:
@@ -218,28 +219,6 @@ def dashboard(client: Client) -> str:
     except ImportError:
         return ""
     return str(client.dashboard_link)
-
-
-def _dask() -> Any:
-    """Return Dask's distributed; it is an extra."""
-    try:
-        import distributed  # noqa: PLC0415, an extra
-    except ImportError:
-        raise GaitError(MISSING) from None
-    return _With(distributed)
-
-
-MISSING = "studies need more packages: pip install 'human-gait[study]', or make study"
-
-
-class _With:
-    """Dask's distributed with its settings."""
-
-    def __init__(self, distributed: Any) -> None:
-        import dask  # noqa: PLC0415, an extra
-
-        self.Client, self.LocalCluster = distributed.Client, distributed.LocalCluster
-        self.config = dask.config
 
 
 def _one_thread_each() -> dict[str, str]:

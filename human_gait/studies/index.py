@@ -7,15 +7,15 @@ stand in the metadata of the columns; pandas, Polars, DuckDB and R (arrow) read 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from human_gait.exceptions import GaitError, ResultError
+from human_gait.exceptions import ResultError
 from human_gait.results.folder import whole_file
 from human_gait.results.names import CYCLES, INDEX
-from human_gait.studies.engine import MISSING
+from human_gait.studies.extra import arrow, parquet
 from human_gait.studies.numbers import (
     CURVES,
     Column,
@@ -55,9 +55,7 @@ def columns() -> tuple[Column, ...]:
     return (*_HEAD, *settings_columns(), *number_columns(), *_TAIL)
 
 
-def write_index(
-    plan: Plan, store: Store, there: set[str], tell: Callable[[int], None] = lambda _: None
-) -> int:
+def write_index(plan: Plan, store: Store, there: set[str]) -> int:
     """Write the index of the walks that are there, in the order of the plan; return how many.
 
     Parameters
@@ -66,8 +64,6 @@ def write_index(
     store : Store
     there : set of str
         Keys of the walks that are there.
-    tell : function
-        Is given how many walks were read.
 
     Raises
     ------
@@ -87,7 +83,6 @@ def write_index(
             found = [one for job in some if (one := _read(job, store)) is not None]
             tables.append(_index_table(pa, schema, [row for row, _ in found]))
             file.write_table(_curves_table(pa, curves, found))
-            tell(first + len(some))
     index = pa.concat_tables(tables)
     with whole_file(store.folder / INDEX) as path:
         pq.write_table(index, path, compression="zstd")
@@ -185,20 +180,3 @@ def _curves_table(pa: Any, schema: pa.Schema, found: Sequence[tuple[dict[str, An
         one = [None if curves is None else curves[i] for _, curves in found]
         arrays.append(pa.array(one, schema.field(i + 1).type))
     return pa.Table.from_arrays(arrays, schema=schema)
-
-
-def arrow() -> Any:
-    """Return pyarrow, which is an extra."""
-    try:
-        import pyarrow as pa  # noqa: PLC0415, an extra
-    except ImportError:
-        raise GaitError(MISSING) from None
-    return pa
-
-
-def parquet() -> Any:
-    """Return its reader and writer of Parquet."""
-    arrow()
-    import pyarrow.parquet as pq  # noqa: PLC0415, an extra
-
-    return pq

@@ -110,10 +110,8 @@ def settings_of(scenario: Scenario) -> dict[str, Any]:
     for section, kind in scenario.sections().items():
         for name in kind.kinds():
             value = getattr(getattr(scenario, section), name)
-            values = value if isinstance(value, tuple) else (value,)
-            columns = (f"{section}_{name}{ending}" for ending in _endings(kind, name))
-            found |= {c: v for c, v in zip(columns, values, strict=False) if c in known}
-    return found
+            found |= cells_of_setting(f"{section}.{name}", value)
+    return {column: value for column, value in found.items() if column in known}
 
 
 def cells_of_setting(key: str, value: Any) -> dict[str, Any]:

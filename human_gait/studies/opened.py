@@ -16,7 +16,8 @@ import numpy.typing as npt
 from human_gait.arrays import IntArray
 from human_gait.exceptions import ResultError
 from human_gait.results.names import CYCLES, INDEX
-from human_gait.studies.index import METADATA, arrow, parquet
+from human_gait.studies.extra import arrow, parquet
+from human_gait.studies.index import METADATA
 from human_gait.studies.store import Store
 from human_gait.values import Value
 from human_gait.walk.gait import Gait
